@@ -1,0 +1,134 @@
+"""The errors of weavecore: one base, one class a kind, each with a stable code.
+
+An error says what is wrong, where (the offending ids) and how to mend it.  Every
+kind is also the builtin that fits, so that ``except ValueError`` works as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import ClassVar
+
+_MOST_IDS_SHOWN = 8
+
+
+class WeaveError(Exception):
+    """Base of all errors that weavecore raises on purpose.
+
+    Parameters
+    ----------
+    what : str
+        One sentence: what is wrong, and where.
+    remedy : str
+        One sentence: how to mend it.
+    ids : iterable, optional
+        What offends: faces, vertices, object ids or layer names.
+    kind : str, optional
+        What the ids are: ``"face"``, ``"vertex"``, ``"object"``, ``"layer"``…
+    """
+
+    code: ClassVar[str] = "WEAVE_ERROR"
+
+    def __init__(self, what: str, *, remedy: str, ids: Iterable[object] = (), kind: str = "") -> None:
+        self.what = what
+        self.remedy = remedy
+        self.ids = tuple(ids)
+        self.kind = kind
+        super().__init__(self._message())
+
+    def _message(self) -> str:
+        shown = ", ".join(str(i) for i in self.ids[:_MOST_IDS_SHOWN])
+        if len(self.ids) > _MOST_IDS_SHOWN:
+            shown += f", … ({len(self.ids)} in all)"
+        where = f" ({self.kind} {shown})".replace("( ", "(") if shown else ""
+        return f"{self.code}: {self.what.rstrip('.')}{where}. {self.remedy}"
+
+
+class NotOrientable(WeaveError, ValueError):
+    """The faces cannot be turned so that all look to the same side (a Moebius strip)."""
+
+    code = "NOT_ORIENTABLE"
+
+
+class NonManifold(WeaveError, ValueError):
+    """Three faces on an edge, or two fans of faces that touch in one vertex."""
+
+    code = "NON_MANIFOLD"
+
+
+class NonFinite(WeaveError, ValueError):
+    """A coordinate is NaN or infinite."""
+
+    code = "NON_FINITE"
+
+
+class BadIndex(WeaveError, IndexError):
+    """A face names a vertex that does not exist."""
+
+    code = "BAD_INDEX"
+
+
+class Degenerate(WeaveError, ValueError):
+    """Nothing with an area is left of the surface, or it is too thin to weave."""
+
+    code = "DEGENERATE"
+
+
+class NoSurface(WeaveError, LookupError):
+    """The file has no surface, or none by the layer or name that was asked for."""
+
+    code = "NO_SURFACE"
+
+
+class AmbiguousSurface(WeaveError, LookupError):
+    """Several objects could be meant; the ids list them."""
+
+    code = "AMBIGUOUS_SURFACE"
+
+
+class SpacingTooLarge(WeaveError, ValueError):
+    """The spacing is larger than what the surface can hold."""
+
+    code = "SPACING_TOO_LARGE"
+
+
+class TooMuchWork(WeaveError, ValueError):
+    """The result would be too large to compute; estimated before anything is allocated."""
+
+    code = "TOO_MUCH_WORK"
+
+
+class TooFarFromOrigin(WeaveError, ValueError):
+    """The surface is so far from the origin that its coordinates have lost its shape."""
+
+    code = "TOO_FAR_FROM_ORIGIN"
+
+
+class Unreadable(WeaveError, OSError):
+    """The file is missing, damaged or not of the format that its ending says."""
+
+    code = "UNREADABLE"
+
+
+class Unsupported(WeaveError, ValueError):
+    """The format, the kind of object or the option is not one that weavecore knows."""
+
+    code = "UNSUPPORTED"
+
+
+class OutputExists(WeaveError, FileExistsError):
+    """The output is there already and was not to be replaced."""
+
+    code = "EXISTS"
+
+
+class NotWritten(WeaveError, OSError):
+    """The output could not be written; what was there before is whole."""
+
+    code = "NOT_WRITTEN"
+
+
+class UnitUnknown(UserWarning):
+    """The file says no unit: lengths are taken as they are."""
+
+    code = "UNIT_UNKNOWN"

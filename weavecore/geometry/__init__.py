@@ -1,0 +1,1 @@
+"""Pure functions on arrays: no weaving words, no state, no files."""

@@ -1,0 +1,144 @@
+"""Halfedges of a triangle mesh.
+
+Halfedge ``h = 3 * face + k`` runs from corner ``k`` of its face to corner ``k + 1``.
+Its *twin* runs the other way in the neighbouring face, or is -1 on the border.
+A *border loop* runs with the surface on its left.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.errors import NonManifold
+from weavecore.geometry.arrays import Bools, Ints
+
+NO_TWIN = -1
+
+
+def halfedge_ends(faces: Ints) -> tuple[Ints, Ints]:
+    """Tail and head vertex (3F,) of every halfedge."""
+    return faces.ravel(), faces[:, [1, 2, 0]].ravel()
+
+
+def next_halfedge(h: Ints) -> Ints:
+    """The following halfedge in the same face."""
+    return h + 1 - 3 * (h % 3 == 2)
+
+
+def previous_halfedge(h: Ints) -> Ints:
+    """The preceding halfedge in the same face."""
+    return h - 1 + 3 * (h % 3 == 0)
+
+
+def find_twins(faces: Ints, n_vertices: int) -> Ints:
+    """Twin (3F,) of every halfedge of consistently oriented manifold faces.
+
+    Raises
+    ------
+    NonManifold
+        Where an edge has three faces, or two that run the same way along it.
+    """
+    tail, head = halfedge_ends(faces)
+    key = np.minimum(tail, head) * np.int64(n_vertices) + np.maximum(tail, head)
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    same = key[1:] == key[:-1]
+    triple = same[1:] & same[:-1]
+    first, second = order[:-1][same], order[1:][same]
+    clash = tail[first] == tail[second]
+    if triple.any() or clash.any():
+        bad = np.concatenate([order[1:-1][triple], first[clash]])
+        raise NonManifold(
+            "Edges with more than two faces, or with two that run the same way",
+            remedy="Remove the extra faces, or unify the orientation of the mesh.",
+            ids=np.unique(bad // 3).tolist(),
+            kind="face",
+        )
+    twins = np.full(len(tail), NO_TWIN, np.int64)
+    twins[first], twins[second] = second, first
+    return twins
+
+
+def border_loops(faces: Ints, twins: Ints) -> list[Ints]:
+    """Vertex loops of the border, surface on the left, longest-standing vertex first.
+
+    Each loop begins at its least vertex; loops are ordered by that vertex.
+
+    Raises
+    ------
+    NonManifold
+        Where a vertex lies on the border twice.
+    """
+    border = np.flatnonzero(twins == NO_TWIN)
+    tail, head = halfedge_ends(faces)
+    tails, heads = tail[border], head[border]
+    unique, count = np.unique(tails, return_counts=True)
+    if (count > 1).any():
+        raise _pinched(unique[count > 1])
+    follower = dict(zip(tails.tolist(), heads.tolist()))
+    loops = []
+    for start in unique.tolist():
+        if start not in follower:
+            continue
+        loop, v = [], start
+        while v in follower:
+            loop.append(v)
+            v = follower.pop(v)
+        loops.append(np.array(loop, np.int64))
+    return loops
+
+
+def pinched_vertices(faces: Ints, twins: Ints, n_vertices: int) -> Ints:
+    """Vertices where two or more fans of faces touch.
+
+    A closed fan has as many edges as faces, an open one has one more; so the faces at a
+    vertex make exactly one fan when turning about it from one of them meets them all.
+    """
+    fans = np.bincount(_fan_of_corner_roots(faces, twins), minlength=n_vertices)
+    return np.flatnonzero(fans > 1)
+
+
+def _fan_of_corner_roots(faces: Ints, twins: Ints) -> Ints:
+    """The vertex of one corner out of each fan: corners joined across the edges they share."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    inner = np.flatnonzero(twins != NO_TWIN)
+    turned = next_halfedge(twins[inner])  # the corner at the same vertex, across the edge
+    n = len(twins)
+    links = coo_matrix((np.ones(len(inner), bool), (inner, turned)), shape=(n, n))
+    _, fan = connected_components(links, directed=False)
+    _, root = np.unique(fan, return_index=True)
+    tails: Ints = faces.ravel()[root]
+    return tails
+
+
+def components(twins: Ints, barrier: Bools | None = None) -> tuple[int, Ints]:
+    """Connected components of the faces, not crossing ``barrier`` halfedges: count and label (F,)."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    open_ = twins != NO_TWIN
+    if barrier is not None:
+        open_ &= ~barrier
+    h = np.flatnonzero(open_)
+    n = len(twins) // 3
+    links = coo_matrix((np.ones(len(h), bool), (h // 3, twins[h] // 3)), shape=(n, n))
+    count, label = connected_components(links, directed=False)
+    return int(count), label.astype(np.int64)
+
+
+def _pinched(vertices: Ints) -> NonManifold:
+    return NonManifold(
+        "Fans of faces that touch in a single vertex",
+        remedy="Pull the touching parts apart, or join them along an edge.",
+        ids=vertices.tolist(),
+        kind="vertex",
+    )
+
+
+def check_manifold_vertices(faces: Ints, twins: Ints, n_vertices: int) -> None:
+    """Raise `NonManifold` where two fans of faces touch in one vertex."""
+    bad = pinched_vertices(faces, twins, n_vertices)
+    if len(bad):
+        raise _pinched(bad)

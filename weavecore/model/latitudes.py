@@ -1,0 +1,112 @@
+"""`Latitudes`: the latitudinal family, and the bands between its polylines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.model.polylines import Polylines
+from weavecore.model.surface import SurfaceMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Bands:
+    """What lies between the polylines: the pieces of the surface cut along all of them.
+
+    A *side* is one polyline seen from one band that it bounds.  The sides of band ``b`` are
+    ``offsets[b]:offsets[b + 1]`` of the arrays below, parents before children.  A band
+    without children is a *pocket*.
+
+    Parameters
+    ----------
+    offsets : (B+1,) int64
+    polyline : (S,) int64
+        The polyline of each side.
+    is_parent : (S,) bool
+        Whether the band lies beyond that polyline (further from the borders).
+    is_left : (S,) bool
+        Whether the band lies on the left of the polyline, seen from outside.  True of
+        parents and False of children, but for the second side of a cut.
+    euler : (B,) int64
+        Euler characteristic: 1 cap, 0 annulus, -1 split or merge.
+    depth : (B,) float64
+        Largest distance from the borders inside the band.
+    """
+
+    offsets: Ints
+    polyline: Ints
+    is_parent: Bools
+    is_left: Bools
+    euler: Ints
+    depth: Floats
+
+    def __post_init__(self) -> None:
+        n_bands, n_sides = len(self.offsets) - 1, len(self.polyline)
+        for name, dtype, shape in (
+            ("offsets", np.int64, (n_bands + 1,)),
+            ("polyline", np.int64, (n_sides,)),
+            ("is_parent", np.bool_, (n_sides,)),
+            ("is_left", np.bool_, (n_sides,)),
+            ("euler", np.int64, (n_bands,)),
+            ("depth", np.float64, (n_bands,)),
+        ):
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape))
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Latitudes:
+    """Closed polylines parallel to the borders, with who came from whom (Yan et al. 2016, §4).
+
+    The relation is a graph, not a tree: fronts that meet give a child of two parents
+    (§4.4), a front that pinches itself gives two children (§4.3), a handle makes a cycle.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        The mesh that they lie on.
+    polylines : Polylines
+        Generation 0 first: the border loops, then the cuts, point for point; then by
+        generation.  Each runs with its unexplored side on its left.
+    generation : (P,) int64
+    distance : (P,) float64
+        Distance from the borders along the surface.
+    parents : (E, 2) int64
+        Pairs (parent, child), sorted; a child is one generation above its parent.
+    bands : Bands
+    spacing : float
+        Distance from one generation to the next.
+    vertex_distance : (V,) float64
+        Distance from the borders at every vertex of the surface.
+    """
+
+    surface: SurfaceMesh
+    polylines: Polylines
+    generation: Ints
+    distance: Floats
+    parents: Ints
+    bands: Bands
+    spacing: float
+    vertex_distance: Floats
+
+    def __post_init__(self) -> None:
+        n = len(self.polylines)
+        for name, dtype, shape in (
+            ("generation", np.int64, (n,)),
+            ("distance", np.float64, (n,)),
+            ("parents", np.int64, (-1, 2)),
+            ("vertex_distance", np.float64, (self.surface.n_vertices,)),
+        ):
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape))
+
+    def __len__(self) -> int:
+        return len(self.polylines)
+
+    @property
+    def n_generations(self) -> int:
+        """How many generations there are, the borders among them."""
+        return int(self.generation.max(initial=-1)) + 1

@@ -1,0 +1,84 @@
+"""`Lattice`: the woven structure as nodes, faces and edges in families."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, frozen
+from weavecore.model.latitudes import Latitudes
+
+LATITUDINAL, LONGITUDINAL, POCKET = 0, 1, 2
+FAMILIES = ("latitudinal", "longitudinal", "pocket")
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Nodes on the latitudes and the edges that bind them (Yan et al. 2016, §5).
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+        What it was made from.
+    nodes : (N, 3) float64
+    face_offsets : (F+1,) int64
+    face_nodes : (…,) int64
+        Corners of face ``f``: ``face_nodes[face_offsets[f]:face_offsets[f + 1]]``,
+        counter-clockwise seen from outside.
+    edges : (E, 2) int64
+        Each once, lesser node first, sorted.
+    edge_family : (E,) int64
+        `LATITUDINAL`, `LONGITUDINAL` or `POCKET` (the paper's second step, §5).
+    node_latitude : (N,) int64
+        Polyline of each node, -1 where it lies between them (a hub).
+    node_station : (N,) float64
+        Arc length along that polyline, 0 for a hub.
+    pattern : str
+    edge_length : float
+        The length that was aimed at.
+    """
+
+    latitudes: Latitudes
+    nodes: Floats
+    face_offsets: Ints
+    face_nodes: Ints
+    edges: Ints
+    edge_family: Ints
+    node_latitude: Ints
+    node_station: Floats
+    pattern: str
+    edge_length: float
+
+    def __post_init__(self) -> None:
+        n_nodes, n_edges = len(self.nodes), len(self.edges)
+        for name, dtype, shape in (
+            ("nodes", np.float64, (n_nodes, 3)),
+            ("face_offsets", np.int64, (-1,)),
+            ("face_nodes", np.int64, (-1,)),
+            ("edges", np.int64, (n_edges, 2)),
+            ("edge_family", np.int64, (n_edges,)),
+            ("node_latitude", np.int64, (n_nodes,)),
+            ("node_station", np.float64, (n_nodes,)),
+        ):
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape))
+
+    @property
+    def n_nodes(self) -> int:
+        return len(self.nodes)
+
+    @property
+    def n_faces(self) -> int:
+        return len(self.face_offsets) - 1
+
+    @property
+    def n_edges(self) -> int:
+        return len(self.edges)
+
+    @cached_property
+    def edge_lengths(self) -> Floats:
+        """(E,) straight length of each edge."""
+        a, b = self.edges.T
+        lengths: Floats = np.linalg.norm(self.nodes[b] - self.nodes[a], axis=1)
+        return lengths

@@ -1,0 +1,162 @@
+"""`SurfaceMesh`: the triangle mesh that is woven."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from weavecore.errors import BadIndex, Degenerate, NonFinite
+from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.geometry.halfedges import (
+    NO_TWIN,
+    border_loops,
+    check_manifold_vertices,
+    components,
+    find_twins,
+    halfedge_ends,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh:
+    """An oriented manifold triangle mesh, checked once, when it is made.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+        Positions in the model's unit; each is used by a face.
+    faces : (F, 3) int64
+        Corners counter-clockwise seen from outside.
+    unit : str, optional
+        Rhino's name of the unit: ``"Millimeters"``, ``"Meters"``… or ``"None"``.
+    tolerance : float, optional
+        The model's absolute tolerance in its unit; 0 where it is not known.
+    cuts : sequence of int arrays, optional
+        Closed vertex loops along edges, by which a closed surface is cut in two
+        (Yan et al. 2016, §4.1).  The mesh stays closed; distances start at the cuts
+        as they do at the borders, on both sides.
+    name : str, optional
+        The name of the object or file that it came from.
+    mendings : sequence of str, optional
+        What was mended on the way in, one sentence each.
+
+    Attributes
+    ----------
+    twins : (3F,) int64
+        Twin of halfedge ``3 * face + k``, -1 on the border.
+
+    Raises
+    ------
+    NonFinite, BadIndex, Degenerate, NonManifold
+    """
+
+    vertices: Floats
+    faces: Ints
+    unit: str = "None"
+    tolerance: float = 0.0
+    cuts: tuple[Ints, ...] = ()
+    name: str = ""
+    mendings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen(self.vertices, np.float64, (-1, 3)))
+        object.__setattr__(self, "faces", frozen(self.faces, np.int64, (-1, 3)))
+        object.__setattr__(self, "cuts", tuple(frozen(loop, np.int64, (-1,)) for loop in self.cuts))
+        object.__setattr__(self, "mendings", tuple(self.mendings))
+        self._check_arrays()
+        twins = find_twins(self.faces, len(self.vertices))
+        check_manifold_vertices(self.faces, twins, len(self.vertices))
+        twins.flags.writeable = False
+        object.__setattr__(self, "_twins", twins)
+
+    def _check_arrays(self) -> None:
+        if len(self.faces) == 0:
+            raise Degenerate("The mesh has no faces", remedy="Give a surface that has an area.")
+        bad = np.flatnonzero(~np.isfinite(self.vertices).all(1))
+        if len(bad):
+            raise NonFinite(
+                "Coordinates that are not finite",
+                remedy="Repair or delete these vertices.",
+                ids=bad.tolist(),
+                kind="vertex",
+            )
+        bad = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(1))
+        if len(bad):
+            raise BadIndex(
+                f"Faces that name vertices beyond the {len(self.vertices)} there are",
+                remedy="Repair the mesh: its face list does not fit its vertices.",
+                ids=bad.tolist(),
+                kind="face",
+            )
+
+    @property
+    def twins(self) -> Ints:
+        twins: Ints = self.__dict__["_twins"]
+        return twins
+
+    @property
+    def n_vertices(self) -> int:
+        return len(self.vertices)
+
+    @property
+    def n_faces(self) -> int:
+        return len(self.faces)
+
+    @property
+    def n_edges(self) -> int:
+        return (3 * self.n_faces + int((self.twins == NO_TWIN).sum())) // 2
+
+    @property
+    def euler_characteristic(self) -> int:
+        return self.n_vertices - self.n_edges + self.n_faces
+
+    @cached_property
+    def borders(self) -> tuple[Ints, ...]:
+        """Vertex loops of the border, surface on the left; by least vertex."""
+        return tuple(border_loops(self.faces, self.twins))
+
+    @property
+    def is_closed(self) -> bool:
+        return len(self.borders) == 0
+
+    @cached_property
+    def is_cut(self) -> Bools:
+        """(3F,) whether a halfedge lies on a cut."""
+        flag = np.zeros(3 * self.n_faces, bool)
+        if self.cuts:
+            tail, head = halfedge_ends(self.faces)
+            n = self.n_vertices
+            a = np.concatenate(self.cuts)
+            b = np.concatenate([np.roll(loop, -1) for loop in self.cuts])
+            wanted = np.concatenate([a * n + b, b * n + a])
+            flag = np.isin(tail * n + head, wanted)
+        flag.flags.writeable = False
+        return flag
+
+    @cached_property
+    def component_of_face(self) -> Ints:
+        """(F,) connected component of each face (cuts do not part them)."""
+        return components(self.twins)[1]
+
+    @cached_property
+    def edge_lengths(self) -> Floats:
+        """(3F,) length of every halfedge."""
+        tail, head = halfedge_ends(self.faces)
+        lengths: Floats = np.linalg.norm(self.vertices[head] - self.vertices[tail], axis=1)
+        return lengths
+
+    @cached_property
+    def face_normals(self) -> Floats:
+        """(F, 3) unit normals; zero where a face has no area."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        size = np.linalg.norm(normal, axis=1, keepdims=True)
+        unit: Floats = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+        return unit
+
+    @cached_property
+    def size(self) -> float:
+        """Length of the diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
