@@ -1,0 +1,1 @@
+"""Checks what each stage gives against what must always hold."""
