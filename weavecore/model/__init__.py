@@ -3,6 +3,7 @@
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.polylines import Polylines
+from weavecore.model.strands import Strands
 from weavecore.model.surface import SurfaceMesh
 
 __all__ = [
@@ -14,5 +15,6 @@ __all__ = [
     "Lattice",
     "Latitudes",
     "Polylines",
+    "Strands",
     "SurfaceMesh",
 ]

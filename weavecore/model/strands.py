@@ -1,0 +1,50 @@
+"""`Strands`: which edges of a lattice are one continuous rod."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Ints, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Strands:
+    """A partition of the edges of a lattice into continuous rods, as ragged node lists.
+
+    Parameters
+    ----------
+    offsets : (S+1,) int64
+        Strand ``s`` runs through ``nodes[offsets[s]:offsets[s + 1]]``.
+    nodes : (…,) int64
+        The first node of a closed strand is not repeated at its end.
+    family : (S,) int64
+        `LATITUDINAL`, `LONGITUDINAL` or `POCKET`; families are not mixed within a strand.
+    closed : (S,) bool
+    """
+
+    offsets: Ints
+    nodes: Ints
+    family: Ints
+    closed: Bools
+
+    def __post_init__(self) -> None:
+        n_strands = len(self.offsets) - 1
+        for name, dtype, shape in (
+            ("offsets", np.int64, (n_strands + 1,)),
+            ("nodes", np.int64, (-1,)),
+            ("family", np.int64, (n_strands,)),
+            ("closed", np.bool_, (n_strands,)),
+        ):
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape))
+        if self.offsets[0] != 0 or self.offsets[-1] != len(self.nodes):
+            raise ValueError("offsets must run from 0 to the number of nodes")
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    def strand(self, s: int) -> Ints:
+        """The nodes (n,) of strand ``s`` in order."""
+        nodes: Ints = self.nodes[self.offsets[s] : self.offsets[s + 1]]
+        return nodes
