@@ -1,0 +1,29 @@
+"""The colours of the families, one home: files and pictures show the same ones.
+
+Blue to green for the latitudes, by generation, so that neighbouring rings can be told
+apart and the distance from the border be read; amber for the longitudes, its complement, and
+crimson for pockets.  Blue and amber stay apart for eyes that do not see red and green.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_LATITUDES = np.array(
+    [(38, 34, 98), (40, 72, 146), (26, 113, 173), (16, 150, 176), (52, 183, 158), (126, 209, 136), (196, 226, 132)], float
+)
+LONGITUDES = (201, 122, 43)
+POCKETS = (196, 38, 74)
+NODES = (60, 60, 66)
+SURFACE = (226, 220, 208)
+
+
+def latitude_colours(generation: ArrayLike, n_generations: int) -> NDArray[Any]:
+    """Colours (n, 3) in 0…255 of generations 0 to ``n_generations - 1``: dark at the borders, light in the depth."""
+    position = np.asarray(generation, float) / max(n_generations - 1, 1) * (len(_LATITUDES) - 1)
+    low = np.clip(position.astype(int), 0, len(_LATITUDES) - 2)
+    part = (position - low)[..., None]
+    return np.rint(_LATITUDES[low] * (1 - part) + _LATITUDES[low + 1] * part).astype(int)

@@ -1,0 +1,111 @@
+"""Units of length: Rhino's names for them, and lengths as people type them.
+
+A *typed length* is a number with or without a suffix: ``120``, ``120mm``, ``4.7in``, ``0.12 m``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from weavecore.errors import Unsupported
+
+NO_UNIT = "None"
+
+METRES = {
+    "Angstroms": 1e-10,
+    "Nanometers": 1e-9,
+    "Microns": 1e-6,
+    "Millimeters": 1e-3,
+    "Centimeters": 1e-2,
+    "Decimeters": 1e-1,
+    "Meters": 1.0,
+    "Dekameters": 1e1,
+    "Hectometers": 1e2,
+    "Kilometers": 1e3,
+    "Megameters": 1e6,
+    "Gigameters": 1e9,
+    "Microinches": 2.54e-8,
+    "Mils": 2.54e-5,
+    "Inches": 0.0254,
+    "Feet": 0.3048,
+    "Yards": 0.9144,
+    "Miles": 1609.344,
+    "PrinterPoints": 0.0254 / 72,
+    "PrinterPicas": 0.0254 / 6,
+    "NauticalMiles": 1852.0,
+}
+"""Metres in one of each of Rhino's units of length."""
+
+SUFFIXES = {
+    "mm": "Millimeters",
+    "cm": "Centimeters",
+    "dm": "Decimeters",
+    "m": "Meters",
+    "km": "Kilometers",
+    "um": "Microns",
+    "µm": "Microns",
+    "mil": "Mils",
+    "in": "Inches",
+    '"': "Inches",
+    "ft": "Feet",
+    "'": "Feet",
+    "yd": "Yards",
+}
+"""What may follow a typed length."""
+
+_SHORT = {name: suffix for suffix, name in reversed(SUFFIXES.items())}
+_TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.]*)\s*")
+
+
+@dataclass(frozen=True)
+class Length:
+    """A typed length: a value, and the Rhino name of its unit, or "" for the file's own."""
+
+    value: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.value:g}{short_name(self.unit)}"
+
+    def in_unit(self, unit: str) -> float:
+        """The value in the unit of a file.
+
+        Raises
+        ------
+        Unsupported
+            Where the length has a unit and the file has none that is known.
+        """
+        if not self.unit or self.unit == unit:
+            return self.value
+        if unit not in METRES:
+            raise Unsupported(
+                f"The file says no unit, so {self} cannot be converted",
+                remedy="Give the length as a plain number in the file's own unit.",
+            )
+        # One rounding less than by way of metres: 120 mm in Meters is 0.12 to the last bit.
+        return self.value / (METRES[unit] / METRES[self.unit])
+
+
+def parse_length(text: str) -> Length:
+    """Read a typed length.
+
+    Raises
+    ------
+    ValueError
+        Where the text is no number, is not above 0, or has a suffix that is not in `SUFFIXES`.
+    """
+    match = _TYPED.fullmatch(text)
+    if not match:
+        raise ValueError(f"{text!r} is no length; write a number such as 120, 120mm or 4.7in")
+    number, suffix = float(match[1]), match[2]
+    if suffix and suffix not in SUFFIXES:
+        raise ValueError(f"{suffix!r} in {text!r} is no unit that is known; known are {', '.join(SUFFIXES)}")
+    if not 0 < number < float("inf"):
+        raise ValueError(f"{text!r} must be above 0")
+    return Length(number, SUFFIXES.get(suffix, ""))
+
+
+def short_name(unit: str) -> str:
+    """The suffix of a unit, or its name in small letters, or "" where there is none."""
+    return _SHORT.get(unit, "" if unit in ("", NO_UNIT) else f" {unit.lower()}")
