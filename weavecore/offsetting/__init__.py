@@ -1,0 +1,1 @@
+"""Stage 2: from a surface to the closed polylines parallel to its borders."""

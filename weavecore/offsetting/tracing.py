@@ -1,0 +1,120 @@
+"""From the distance field to the latitudes: levels, loops and bands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.errors import SpacingTooLarge, TooMuchWork
+from weavecore.geometry.arrays import Floats, Ints, offsets_of
+from weavecore.model.latitudes import Latitudes
+from weavecore.model.polylines import Polylines
+from weavecore.model.surface import SurfaceMesh
+from weavecore.offsetting.bands import find_bands, find_parents
+from weavecore.offsetting.contours import Crossings, Loops, chain_loops, count_crossings, find_crossings
+from weavecore.offsetting.edge_profile import place_crossings
+from weavecore.offsetting.field import DistanceField
+from weavecore.offsetting.persistence import group_nodes
+from weavecore.offsetting.sheet import Sheet, open_sheet
+
+MOST_POINTS = 30_000_000
+
+
+def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: float) -> Latitudes:
+    """Trace the levels ``k * spacing`` of a distance field and find the bands between them.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    field : DistanceField
+        Finite everywhere.
+    spacing : float
+        In the model's unit.
+
+    Raises
+    ------
+    SpacingTooLarge
+        When no level lies inside the surface.
+    TooMuchWork
+        When the polylines would have more than 30 million points.
+    """
+    sheet = open_sheet(surface, field)
+    regions = group_nodes(sheet, spacing=spacing)
+    if not regions.band.any():
+        raise _too_large(spacing, float(field.distance.max()))
+    refuse_too_many_points(count_crossings(sheet.faces, regions.band), spacing)
+    crossings = find_crossings(sheet.faces, sheet.twins, regions.band)
+    part = place_crossings(sheet, crossings, regions.band, spacing=spacing)
+    loops = chain_loops(crossings)
+    bands = find_bands(sheet, regions, crossings, loops, spacing=spacing)
+    generation = np.concatenate([np.zeros(sheet.n_origins, np.int64), crossings.level[loops.order[loops.offsets[:-1]]]])
+    return Latitudes(
+        surface=surface,
+        polylines=_polylines(surface, sheet, crossings, part, loops),
+        generation=generation,
+        distance=generation * spacing,
+        parents=find_parents(bands),
+        bands=bands,
+        spacing=spacing,
+        vertex_distance=field.distance,
+    )
+
+
+def _polylines(surface: SurfaceMesh, sheet: Sheet, crossings: Crossings, part: Floats, loops: Loops) -> Polylines:
+    """The loops where distances start, vertex for vertex, then the traced ones."""
+    origin = np.concatenate([*sheet.origins, np.zeros(0, np.int64)])
+    origin_face, origin_barycentric = _corners(surface, origin)
+    halfedge, part = crossings.halfedge[loops.order], part[loops.order]
+    deep, shallow = crossings.deep[loops.order], crossings.shallow[loops.order]
+    points = sheet.points[deep] + (sheet.points[shallow] - sheet.points[deep]) * part[:, None]
+    barycentric = np.zeros((len(halfedge), 3))
+    row = np.arange(len(halfedge))
+    barycentric[row, halfedge % 3] = 1.0 - part
+    barycentric[row, (halfedge + 1) % 3] = part
+    counts = np.concatenate([[len(loop) for loop in sheet.origins], np.diff(loops.offsets)])
+    return Polylines(
+        points=np.concatenate([surface.vertices[origin], points]),
+        offsets=offsets_of(counts),
+        closed=np.ones(len(counts), bool),
+        face=np.concatenate([origin_face, halfedge // 3]),
+        barycentric=np.concatenate([origin_barycentric, barycentric]),
+    )
+
+
+def _corners(surface: SurfaceMesh, vertices: Ints) -> tuple[Ints, Floats]:
+    """A face at each of the vertices, and the barycentric coordinates of the vertex in it."""
+    corner = np.empty(surface.n_vertices, np.int64)
+    corner[surface.faces.ravel()[::-1]] = np.arange(3 * surface.n_faces)[::-1]
+    at = corner[vertices]
+    barycentric = np.zeros((len(vertices), 3))
+    barycentric[np.arange(len(vertices)), at % 3] = 1.0
+    return at // 3, barycentric
+
+
+def refuse_too_many_points(points: float, spacing: float) -> None:
+    """Raise `TooMuchWork` where so many points are too many."""
+    if points > MOST_POINTS:
+        raise TooMuchWork(
+            f"A spacing of {spacing:g} would give about {points:.2g} points, more than {MOST_POINTS:.2g}",
+            remedy=f"Take a spacing of {_round_up(spacing * points / MOST_POINTS):g} or more.",
+        )
+
+
+def _too_large(spacing: float, depth: float) -> SpacingTooLarge:
+    return SpacingTooLarge(
+        f"A spacing of {spacing:g} leaves no room for a polyline: the surface is only {depth:g} deep",
+        remedy=f"Take a spacing of {_round_down(depth / 2):g} or less.",
+    )
+
+
+def _round_down(value: float) -> float:
+    """Two significant digits, not more than the value."""
+    if value <= 0:
+        return 0.0
+    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.floor(value / unit) * unit)
+
+
+def _round_up(value: float) -> float:
+    """Two significant digits, not less than the value."""
+    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.ceil(value / unit) * unit)
