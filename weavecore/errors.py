@@ -128,6 +128,12 @@ class NotWritten(WeaveError, OSError):
     code = "NOT_WRITTEN"
 
 
+class Broken(WeaveError, ValueError):
+    """A result breaks an invariant that it promises; `weavecore.validate` found it."""
+
+    code = "BROKEN"
+
+
 class UnitUnknown(UserWarning):
     """The file says no unit: lengths are taken as they are."""
 

@@ -1,1 +1,10 @@
-"""Checks what each stage gives against what must always hold."""
+"""Checks what each stage gives against what must always hold.
+
+A *finding* is a figure with a limit, a *report* all the findings about a value.  Nothing
+here is shared with the stages that make the values.
+"""
+
+from weavecore.validating.dispatch import validate
+from weavecore.validating.report import Finding, Report
+
+__all__ = ["Finding", "Report", "validate"]

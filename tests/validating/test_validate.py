@@ -1,0 +1,348 @@
+"""Each check of `validate` holds on what is right, and fails when one thing about it is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from weavecore.errors import Broken, Unsupported
+from weavecore.model import LATITUDINAL, LONGITUDINAL, Bands, Latitudes, Lattice, Polylines, SurfaceMesh
+from weavecore.validating import Finding, Report, validate
+from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_surface
+
+BREAKERS: dict[str, dict[str, Callable]] = {"surface": {}, "latitudes": {}, "lattice": {}}
+MAKERS = {"surface": tube_surface, "latitudes": tube_latitudes, "lattice": tube_lattice}
+
+
+def breaks(noun: str, finding: str) -> Callable:
+    """Register a function that makes a right value wrong in the way that one finding tells."""
+
+    def register(breaker: Callable) -> Callable:
+        BREAKERS[noun][finding] = breaker
+        return breaker
+
+    return register
+
+
+def changed(array: np.ndarray, at: object, to: object) -> np.ndarray:
+    copy = array.copy()
+    copy[at] = to
+    return copy
+
+
+# ---- a surface
+
+
+@breaks("surface", "faces_without_area")
+def _(surface: SurfaceMesh) -> SurfaceMesh:
+    return replace(surface, vertices=changed(surface.vertices, 1, surface.vertices[0]))
+
+
+@breaks("surface", "vertices_unused")
+def _(surface: SurfaceMesh) -> SurfaceMesh:
+    return replace(surface, vertices=np.vstack([surface.vertices, [[9.0, 9.0, 9.0]]]))
+
+
+@breaks("surface", "cuts_off_edges")
+def _(surface: SurfaceMesh) -> SurfaceMesh:
+    return replace(surface, cuts=(np.arange(COLUMNS, 2 * COLUMNS, 2),))
+
+
+@breaks("surface", "cuts_that_meet")
+def _(surface: SurfaceMesh) -> SurfaceMesh:
+    return replace(surface, cuts=(np.arange(COLUMNS),))  # along the border
+
+
+# ---- latitudes
+
+
+def moved(latitudes: Latitudes, **arrays: np.ndarray) -> Latitudes:
+    return replace(latitudes, polylines=replace(latitudes.polylines, **arrays))
+
+
+def slid(latitudes: Latitudes, point: int, weights: list[float]) -> Latitudes:
+    """Move a point to other barycentric coordinates in its face."""
+    polylines, surface = latitudes.polylines, latitudes.surface
+    place = np.array(weights) @ surface.vertices[surface.faces[polylines.face[point]]]
+    return moved(
+        latitudes,
+        points=changed(polylines.points, point, place),
+        barycentric=changed(polylines.barycentric, point, weights),
+    )
+
+
+@breaks("latitudes", "border_loops_lost")
+def _(latitudes: Latitudes) -> Latitudes:
+    one_bit = np.nextafter(latitudes.polylines.points[3], 9)
+    return moved(latitudes, points=changed(latitudes.polylines.points, 3, one_bit))
+
+
+@breaks("latitudes", "borders_not_first")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, generation=[0, 1, 1, 1, 2, 2])
+
+
+@breaks("latitudes", "generations_out_of_order")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, generation=[0, 0, 2, 1, 2, 2])
+
+
+@breaks("latitudes", "off_surface_of_size")
+def _(latitudes: Latitudes) -> Latitudes:
+    last = latitudes.polylines.points[-1]
+    return moved(latitudes, points=changed(latitudes.polylines.points, -1, last + 1e-6))
+
+
+@breaks("latitudes", "outside_face")
+def _(latitudes: Latitudes) -> Latitudes:
+    return slid(latitudes, -1, [1.0 + 1e-6, -1e-6, 0.0])
+
+
+@breaks("latitudes", "short_or_open_polylines")
+def _(latitudes: Latitudes) -> Latitudes:
+    return moved(latitudes, closed=[True] * 5 + [False])
+
+
+@breaks("latitudes", "segments_in_no_face")
+def _(latitudes: Latitudes) -> Latitudes:
+    old = latitudes.polylines
+    keep = np.delete(np.arange(len(old.points)), -4)
+    offsets = changed(old.offsets, -1, len(keep))
+    fewer = Polylines(old.points[keep], offsets, old.closed, old.face[keep], old.barycentric[keep])
+    return replace(latitudes, polylines=fewer)
+
+
+@breaks("latitudes", "crossings")
+def _(latitudes: Latitudes) -> Latitudes:
+    # A point of the polyline at height 1, on an upright edge of length 2.5, goes above the one at 2.
+    return slid(latitudes, latitudes.polylines.offsets[2] + 4, [0.1, 0.0, 0.9])
+
+
+@breaks("latitudes", "shared_points")
+def _(latitudes: Latitudes) -> Latitudes:
+    return slid(latitudes, latitudes.polylines.offsets[2] + 4, [0.2, 0.0, 0.8])
+
+
+@breaks("latitudes", "parents_unknown")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, parents=[[0, 2], [1, 3], [2, 4], [3, 6]])
+
+
+@breaks("latitudes", "parent_links_wrong")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, parents=[[0, 2], [1, 3], [2, 4], [1, 5]])
+
+
+@breaks("latitudes", "orphans")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, parents=[[0, 2], [1, 3], [2, 4]])
+
+
+@breaks("latitudes", "parents_differ_from_bands")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, parents=[[0, 2], [1, 3], [2, 4], [2, 5]])
+
+
+@breaks("latitudes", "distance_off_of_spacing")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, distance=[0, 0, 1, 1, 2, 2.001])
+
+
+@breaks("latitudes", "coverage_gap_of_spacing")
+def _(latitudes: Latitudes) -> Latitudes:
+    old, keep = latitudes.polylines, latitudes.polylines.offsets[2]
+    borders = Polylines(old.points[:keep], old.offsets[:3], [True, True], old.face[:keep], old.barycentric[:keep])
+    pocket = Bands([0, 2], [0, 1], [True, True], [True, True], [0], [2.5])
+    return replace(latitudes, polylines=borders, generation=[0, 0], distance=[0, 0], parents=[], bands=pocket)
+
+
+def with_bands(latitudes: Latitudes, **arrays: object) -> Latitudes:
+    return replace(latitudes, bands=replace(latitudes.bands, **arrays))
+
+
+@breaks("latitudes", "euler_sum_off")
+def _(latitudes: Latitudes) -> Latitudes:
+    return with_bands(latitudes, euler=[0, 0, 0, 0, -2])
+
+
+@breaks("latitudes", "bands_of_no_surface")
+def _(latitudes: Latitudes) -> Latitudes:
+    return with_bands(latitudes, euler=[0, 0, 0, 1, -1])
+
+
+@breaks("latitudes", "bands_above_their_parents")
+def _(latitudes: Latitudes) -> Latitudes:
+    return with_bands(latitudes, depth=[1, 1, 2, 2, 1.9])
+
+
+@breaks("latitudes", "sides_wrong")
+def _(latitudes: Latitudes) -> Latitudes:
+    return with_bands(latitudes, is_left=changed(latitudes.bands.is_left, -1, False))
+
+
+# ---- a lattice
+
+
+@breaks("lattice", "faces_too_small")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, face_offsets=np.insert(lattice.face_offsets, 1, 1))  # a corner becomes a face
+
+
+@breaks("lattice", "faces_with_a_node_twice")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, face_nodes=changed(lattice.face_nodes, 0, lattice.face_nodes[1]))
+
+
+@breaks("lattice", "nodes_unused")
+def _(lattice: Lattice) -> Lattice:
+    return replace(
+        lattice,
+        nodes=np.vstack([lattice.nodes, [[0.0, 0.0, 0.0]]]),
+        node_latitude=np.r_[lattice.node_latitude, -1],
+        node_station=np.r_[lattice.node_station, 0.0],
+    )
+
+
+def without_faces(lattice: Lattice, gone: list[int]) -> Lattice:
+    faces = np.delete(lattice.face_nodes.reshape(-1, 3), gone, axis=0)
+    return replace(lattice, face_nodes=faces.ravel(), face_offsets=3 * np.arange(len(faces) + 1))
+
+
+@breaks("lattice", "edges_repeated")
+def _(lattice: Lattice) -> Lattice:
+    turned = lattice.face_nodes.reshape(-1, 3).copy()
+    turned[5] = turned[5, ::-1]
+    return replace(lattice, face_nodes=turned.ravel())
+
+
+@breaks("lattice", "pinched_nodes")
+def _(lattice: Lattice) -> Lattice:
+    star = np.flatnonzero((lattice.face_nodes.reshape(-1, 3) == 2 * COLUMNS + 3).any(1))
+    return without_faces(lattice, [star[0], star[3]])
+
+
+@breaks("lattice", "border_loops_off")
+def _(lattice: Lattice) -> Lattice:
+    return without_faces(lattice, [30])
+
+
+@breaks("lattice", "euler_off")
+def _(lattice: Lattice) -> Lattice:
+    return without_faces(lattice, [30])
+
+
+@breaks("lattice", "edges_differ_from_faces")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, edges=lattice.edges[1:], edge_family=lattice.edge_family[1:])
+
+
+@breaks("lattice", "edges_not_in_order")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, edges=changed(lattice.edges, 7, lattice.edges[7, ::-1]))
+
+
+@breaks("lattice", "degenerate_edges")
+def _(lattice: Lattice) -> Lattice:
+    a, b = lattice.edges[40]
+    return replace(lattice, nodes=changed(lattice.nodes, a, lattice.nodes[b] + 5e-4))
+
+
+@breaks("lattice", "nodes_off_latitudes_of_size")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, node_station=changed(lattice.node_station, 30, lattice.node_station[30] + 1e-6))
+
+
+@breaks("lattice", "flipped_faces_share")
+def _(lattice: Lattice) -> Lattice:
+    inside_out = lattice.face_nodes.reshape(-1, 3)[:, ::-1]
+    return replace(lattice, face_nodes=inside_out.ravel())
+
+
+@breaks("lattice", "families_unknown")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, edge_family=changed(lattice.edge_family, 0, 3))
+
+
+def first_of(lattice: Lattice, family: int) -> int:
+    return int(np.flatnonzero(lattice.edge_family == family)[0])
+
+
+@breaks("lattice", "latitudinal_edges_astray")
+def _(lattice: Lattice) -> Lattice:
+    at = first_of(lattice, LONGITUDINAL)
+    return replace(lattice, edge_family=changed(lattice.edge_family, at, LATITUDINAL))
+
+
+@breaks("lattice", "rings_open")
+def _(lattice: Lattice) -> Lattice:
+    at = first_of(lattice, LATITUDINAL)
+    return replace(lattice, edge_family=changed(lattice.edge_family, at, LONGITUDINAL))
+
+
+@breaks("lattice", "rings_too_small")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, node_latitude=changed(lattice.node_latitude, lattice.node_latitude == 5, -1))
+
+
+@breaks("lattice", "longitudinal_edges_astray")
+def _(lattice: Lattice) -> Lattice:
+    in_pocket = (lattice.node_latitude[lattice.edges] >= 4).all(1)
+    across = np.flatnonzero(in_pocket & (np.ptp(lattice.node_latitude[lattice.edges], axis=1) > 0))
+    return replace(lattice, edge_family=changed(lattice.edge_family, across[0], LONGITUDINAL))
+
+
+# ---- what the tests above are run on
+
+
+@pytest.mark.parametrize("noun", sorted(MAKERS))
+def test_a_right_value_holds(noun: str) -> None:
+    report = validate(MAKERS[noun]())
+    assert report.holds, str(report)
+    report.raise_if_broken()
+
+
+@pytest.mark.parametrize("noun", sorted(MAKERS))
+def test_every_finding_is_broken_by_a_test(noun: str) -> None:
+    assert {finding.name for finding in validate(MAKERS[noun]())} == set(BREAKERS[noun])
+
+
+@pytest.mark.parametrize(("noun", "name"), [(noun, name) for noun in BREAKERS for name in BREAKERS[noun]])
+def test_a_wrong_value_breaks_its_finding(noun: str, name: str) -> None:
+    report = validate(BREAKERS[noun][name](MAKERS[noun]()))
+    assert not report[name].holds
+    assert not report.holds
+    assert f"BROKEN {name}" in str(report)
+
+
+def test_what_offends_is_named() -> None:
+    broken = BREAKERS["latitudes"]["crossings"](tube_latitudes())
+    finding = validate(broken)["crossings"]
+    assert finding.kind == "polyline"
+    assert set(finding.ids) <= {2, 4}
+    assert finding.ids
+
+
+def test_a_broken_report_raises_with_code_ids_and_remedy() -> None:
+    broken = BREAKERS["latitudes"]["orphans"](tube_latitudes())
+    with pytest.raises(Broken, match="BROKEN: orphans is 1, at most 0 holds") as caught:
+        validate(broken).raise_if_broken()
+    assert caught.value.ids == (5,)
+    assert caught.value.kind == "polyline"
+    assert caught.value.remedy
+
+
+def test_a_figure_that_is_no_number_does_not_hold() -> None:
+    assert not Report((Finding("gap", float("nan"), 1.0),)).holds
+
+
+def test_an_unknown_finding_is_a_key_error() -> None:
+    with pytest.raises(KeyError):
+        Report(())["gap"]
+
+
+def test_what_no_stage_gives_is_refused() -> None:
+    with pytest.raises(Unsupported, match="no check for a list"):
+        validate([1, 2, 3])

@@ -1,0 +1,108 @@
+"""What must hold of `Latitudes`: borders kept, on the surface, simple, with the right parents."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.model.latitudes import Latitudes
+from weavecore.validating.bands import check_bands
+from weavecore.validating.crossings import check_crossings
+from weavecore.validating.locating import hold_segments
+from weavecore.validating.report import Finding, count
+
+OFF_SURFACE = 1e-9
+"""Parts of the surface's size by which a point may miss its place in its face."""
+
+COVERAGE = 1.05
+"""Spacings from the surface to the nearest latitude, at most."""
+
+_SAMPLES_PER_SPACING = 20
+
+
+def check_latitudes(latitudes: Latitudes) -> Iterator[Finding]:
+    """All findings about the polylines, their graph and their bands."""
+    yield from _check_borders(latitudes)
+    yield from _check_places(latitudes)
+    held = hold_segments(latitudes.surface, latitudes.polylines)
+    yield count("segments_in_no_face", latitudes.polylines.owner[held.lost], "polyline")
+    yield from check_crossings(latitudes.surface, latitudes.polylines, held)
+    yield from _check_generations(latitudes)
+    yield Finding("coverage_gap_of_spacing", _coverage_gap(latitudes), COVERAGE)
+    yield from check_bands(latitudes)
+
+
+def _check_borders(latitudes: Latitudes) -> Iterator[Finding]:
+    """The borders, then the cuts, are generation 0: point for point, in order, to the last bit."""
+    surface, polylines = latitudes.surface, latitudes.polylines
+    loops = [*surface.borders, *surface.cuts]
+    lost = [
+        k
+        for k, loop in enumerate(loops)
+        if k >= len(polylines) or not _same_loop(surface.vertices[loop], polylines.polyline(k))
+    ]
+    yield count("border_loops_lost", lost, "loop")
+    first = np.flatnonzero(latitudes.generation == 0)
+    yield count("borders_not_first", np.setxor1d(first, np.arange(len(loops))), "polyline")
+    rises = np.diff(latitudes.generation) >= 0
+    yield count("generations_out_of_order", np.flatnonzero(~rises), "polyline")
+
+
+def _same_loop(wanted: Floats, points: Floats) -> bool:
+    """Whether two closed polylines have the same points in the same cyclic order."""
+    if wanted.shape != points.shape:
+        return False
+    starts = np.flatnonzero((points == wanted[0]).all(1))
+    return any(np.array_equal(np.roll(points, -start, axis=0), wanted) for start in starts.tolist())
+
+
+def _check_places(latitudes: Latitudes) -> Iterator[Finding]:
+    """Each point lies where its face and barycentric coordinates say; polylines are closed."""
+    surface, polylines = latitudes.surface, latitudes.polylines
+    barycentric = polylines.barycentric
+    place = np.einsum("nk,nkd->nd", barycentric, surface.vertices[surface.faces[polylines.face]])
+    off = np.linalg.norm(place - polylines.points, axis=1)
+    yield Finding("off_surface_of_size", float(off.max(initial=0.0)) / surface.size, OFF_SURFACE)
+    outside = np.maximum(np.abs(barycentric.sum(1) - 1), np.maximum(-barycentric, 0).max(1))
+    yield Finding("outside_face", float(outside.max(initial=0.0)), OFF_SURFACE)
+    short = (polylines.counts < 3) | ~polylines.closed
+    yield count("short_or_open_polylines", np.flatnonzero(short), "polyline")
+
+
+def _check_generations(latitudes: Latitudes) -> Iterator[Finding]:
+    """Parents are one generation up, and all but the borders have one (§4.4, §4.5)."""
+    generation, parents = latitudes.generation, latitudes.parents
+    known = ((parents >= 0) & (parents < len(latitudes))).all(1)
+    yield count("parents_unknown", np.flatnonzero(~known), "link")
+    parents = parents[known]
+    step = generation[parents[:, 1]] - generation[parents[:, 0]]
+    yield count("parent_links_wrong", np.flatnonzero(step != 1), "link")
+    orphans = np.setdiff1d(np.flatnonzero(generation > 0), parents[:, 1])
+    yield count("orphans", orphans, "polyline")
+    off = np.abs(latitudes.distance - generation * latitudes.spacing)
+    yield Finding("distance_off_of_spacing", float(off.max(initial=0.0)) / latitudes.spacing, 1e-9)
+
+
+def _coverage_gap(latitudes: Latitudes) -> float:
+    """Straight distance from the farthest vertex to the nearest latitude, in spacings."""
+    from scipy.spatial import cKDTree
+
+    samples = _samples(
+        latitudes.polylines.points, latitudes.polylines.offsets, latitudes.spacing / _SAMPLES_PER_SPACING
+    )
+    if len(samples) == 0:
+        return float("inf")
+    gap = np.asarray(cKDTree(samples).query(latitudes.surface.vertices)[0])
+    return float(gap.max()) / latitudes.spacing
+
+
+def _samples(points: Floats, offsets: Ints, step: float) -> Floats:
+    """Points along closed polylines, no further apart than ``step``; the polylines' own among them."""
+    side = points[next_in_loop(offsets)] - points
+    ragged = offsets_of(np.maximum(1, np.ceil(np.linalg.norm(side, axis=1) / step)))
+    row = rows_of(ragged)
+    part = (np.arange(ragged[-1]) - ragged[row]) / np.diff(ragged)[row]
+    samples: Floats = points[row] + side[row] * part[:, None]
+    return samples

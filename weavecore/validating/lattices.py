@@ -1,0 +1,150 @@
+"""What must hold of a `Lattice`: a manifold like the surface, its edges in the right families."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, Lattice
+from weavecore.validating.nodes import node_normals, places_on_latitudes
+from weavecore.validating.report import Finding, count
+
+SHORTEST_EDGE = 1e-3
+"""An edge is longer than this part of the spacing."""
+
+FLIPPED_SHARE = 0.002
+"""Faces that look against the surface, at most: a lattice coarser than a fold turns a face or two."""
+
+OFF_LATITUDE = 1e-9
+"""Parts of the surface's size by which a node may miss its station on its latitude."""
+
+
+def check_lattice(lattice: Lattice) -> Iterator[Finding]:
+    """All findings about the faces, the edges and their families."""
+    yield from _check_faces(lattice)
+    yield from _check_topology(lattice)
+    yield from _check_edges(lattice)
+    yield from _check_places(lattice)
+    yield from _check_families(lattice)
+
+
+def halfedges_of(lattice: Lattice) -> tuple[Ints, Ints]:
+    """Tail and head node of every side of every face."""
+    return lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)]
+
+
+def _check_faces(lattice: Lattice) -> Iterator[Finding]:
+    """Faces have three distinct corners at least, and every node is in one."""
+    face = rows_of(lattice.face_offsets)
+    yield count("faces_too_small", np.flatnonzero(np.diff(lattice.face_offsets) < 3), "face")
+    corner = face * lattice.n_nodes + lattice.face_nodes
+    key, times = np.unique(corner, return_counts=True)
+    yield count("faces_with_a_node_twice", key[times > 1] // max(1, lattice.n_nodes), "face")
+    used = np.bincount(lattice.face_nodes, minlength=lattice.n_nodes) > 0
+    yield count("nodes_unused", np.flatnonzero(~used), "node")
+
+
+def _check_topology(lattice: Lattice) -> Iterator[Finding]:
+    """The lattice is an oriented manifold with the surface's borders and Euler characteristic."""
+    tail, head = halfedges_of(lattice)
+    n, surface = lattice.n_nodes, lattice.latitudes.surface
+    key, times = np.unique(tail * n + head, return_counts=True)
+    yield count("edges_repeated", key[times > 1] // n, "node")
+    naked = ~np.isin(head * n + tail, key)
+    fans = np.bincount(_fan_nodes(tail, head, lattice.face_offsets), minlength=n)
+    yield count("pinched_nodes", np.flatnonzero(fans > 1), "node")
+    yield Finding("border_loops_off", float(abs(_n_loops(tail[naked], head[naked]) - len(surface.borders))))
+    n_edges = len(np.unique(np.minimum(tail, head) * n + np.maximum(tail, head)))
+    euler = len(np.unique(tail)) - n_edges + lattice.n_faces
+    yield Finding("euler_off", float(abs(euler - surface.euler_characteristic)))
+
+
+def _fan_nodes(tail: Ints, head: Ints, offsets: Ints) -> Ints:
+    """The node of each fan: corners at the same node, joined across the sides that they share."""
+    n = int(max(tail.max(initial=-1), head.max(initial=-1))) + 1
+    forth, back = tail * n + head, head * n + tail
+    order = np.argsort(forth, kind="stable")
+    at = np.minimum(np.searchsorted(forth, back, sorter=order), len(forth) - 1)
+    twin = order[at]
+    inner = np.flatnonzero(forth[twin] == back)
+    turned = next_in_loop(offsets)[twin[inner]]
+    _, fan = np.unique(_component(inner, turned, len(tail)), return_index=True)
+    nodes: Ints = tail[fan]
+    return nodes
+
+
+def _n_loops(tail: Ints, head: Ints) -> int:
+    """How many connected pieces directed edges make."""
+    nodes, ends = np.unique(np.concatenate([tail, head]), return_inverse=True)
+    a, b = ends.reshape(2, -1)
+    return len(np.unique(_component(a, b, len(nodes))))
+
+
+def _component(a: Ints, b: Ints, n: int) -> Ints:
+    """Connected component (n,) of each of ``n`` things, linked by pairs."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_matrix((np.ones(len(a), bool), (a, b)), shape=(n, n))
+    return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def _check_edges(lattice: Lattice) -> Iterator[Finding]:
+    """The edges are the sides of the faces, each listed once, and none has no length."""
+    tail, head = halfedges_of(lattice)
+    n, (low, high) = lattice.n_nodes, lattice.edges.T
+    sides = np.minimum(tail, head) * n + np.maximum(tail, head)
+    listed, times = np.unique(low * n + high, return_counts=True)
+    differ = np.concatenate([np.setxor1d(listed, sides), listed[times > 1]])
+    yield count("edges_differ_from_faces", differ, "edge key")
+    yield count("edges_not_in_order", np.flatnonzero(low >= high), "edge")
+    short = lattice.edge_lengths <= SHORTEST_EDGE * lattice.latitudes.spacing
+    yield count("degenerate_edges", np.flatnonzero(short), "edge")
+
+
+def _check_places(lattice: Lattice) -> Iterator[Finding]:
+    """Nodes lie at their stations, and faces look the way the surface looks."""
+    on_ring = np.flatnonzero(lattice.node_latitude >= 0)
+    off = np.linalg.norm(places_on_latitudes(lattice, on_ring) - lattice.nodes[on_ring], axis=1)
+    size = lattice.latitudes.surface.size
+    yield Finding("nodes_off_latitudes_of_size", float(off.max(initial=0.0)) / size, OFF_LATITUDE)
+    area = _area_vectors(lattice)
+    face = rows_of(lattice.face_offsets)
+    facing = np.bincount(
+        face, (node_normals(lattice)[lattice.face_nodes] * area[face]).sum(1), minlength=lattice.n_faces
+    )
+    flipped = np.flatnonzero(facing <= 0)
+    share = len(flipped) / max(1, lattice.n_faces)
+    yield Finding("flipped_faces_share", share, FLIPPED_SHARE, tuple(flipped.tolist()), "face")
+
+
+def _area_vectors(lattice: Lattice) -> Floats:
+    """(F, 3) area vector of each face, planar or not."""
+    tail, head = halfedges_of(lattice)
+    begin = lattice.face_offsets[:-1]
+    face = rows_of(lattice.face_offsets)
+    origin = lattice.nodes[lattice.face_nodes[begin]][face]
+    cross = np.cross(lattice.nodes[tail] - origin, lattice.nodes[head] - origin) / 2
+    areas: Floats = np.add.reduceat(cross, begin, axis=0) if len(begin) else np.zeros((0, 3))
+    return areas
+
+
+def _check_families(lattice: Lattice) -> Iterator[Finding]:
+    """Rings close on their latitudes, and longitudinal edges bind a child to a parent (§5)."""
+    family = lattice.edge_family
+    unknown = (family < 0) | (family >= len(FAMILIES))
+    yield count("families_unknown", np.flatnonzero(unknown), "edge")
+    latitude = lattice.node_latitude[lattice.edges]
+    ring = family == LATITUDINAL
+    astray = ring & ((latitude[:, 0] != latitude[:, 1]) | (latitude[:, 0] < 0))
+    yield count("latitudinal_edges_astray", np.flatnonzero(astray), "edge")
+    degree = np.bincount(lattice.edges[ring].ravel(), minlength=lattice.n_nodes)
+    on_ring = lattice.node_latitude >= 0
+    yield count("rings_open", lattice.node_latitude[on_ring & (degree != 2)], "polyline")
+    per_ring = np.bincount(lattice.node_latitude[on_ring], minlength=len(lattice.latitudes))
+    yield count("rings_too_small", np.flatnonzero(per_ring < 3), "polyline")
+    n, parents = len(lattice.latitudes), lattice.latitudes.parents
+    bound = np.isin(latitude[:, 0] * n + latitude[:, 1], np.r_[parents @ (n, 1), parents @ (1, n)])
+    yield count("longitudinal_edges_astray", np.flatnonzero((family == LONGITUDINAL) & ~bound), "edge")
