@@ -58,9 +58,9 @@ def hold_segments(surface: SurfaceMesh, polylines: Polylines) -> HeldSegments:
     at_end, inside = _weights_in(surface.faces[face], corners[end], weights[end])
     lost = np.ones(len(polylines.points), bool)
     lost[start[inside]] = False
-    start, end, face, at_start, at_end = (x[inside] for x in (start, end, face, at_start, at_end))
-    order = np.argsort(face, kind="stable")
-    return HeldSegments(start[order], end[order], face[order], at_start[order], at_end[order], np.flatnonzero(lost))
+    row = np.flatnonzero(inside)
+    row = row[np.argsort(face[row], kind="stable")]
+    return HeldSegments(start[row], end[row], face[row], at_start[row], at_end[row], np.flatnonzero(lost))
 
 
 def _faces_at_points(surface: SurfaceMesh, corners: Ints, carries: Bools) -> tuple[Ints, Ints]:
