@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _LATITUDES = np.array(
-    [(38, 34, 98), (40, 72, 146), (26, 113, 173), (16, 150, 176), (52, 183, 158), (126, 209, 136), (196, 226, 132)], float
+    [(38, 34, 98), (40, 72, 146), (26, 113, 173), (16, 150, 176), (52, 183, 158), (126, 209, 136), (196, 226, 132)],
+    float,
 )
 LONGITUDES = (201, 122, 43)
 POCKETS = (196, 38, 74)
@@ -26,4 +27,5 @@ def latitude_colours(generation: ArrayLike, n_generations: int) -> NDArray[Any]:
     position = np.asarray(generation, float) / max(n_generations - 1, 1) * (len(_LATITUDES) - 1)
     low = np.clip(position.astype(int), 0, len(_LATITUDES) - 2)
     part = (position - low)[..., None]
-    return np.rint(_LATITUDES[low] * (1 - part) + _LATITUDES[low + 1] * part).astype(int)
+    colours: NDArray[Any] = np.rint(_LATITUDES[low] * (1 - part) + _LATITUDES[low + 1] * part).astype(int)
+    return colours

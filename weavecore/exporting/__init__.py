@@ -1,0 +1,1 @@
+"""Stage 5: results to files, one writer a file ending."""

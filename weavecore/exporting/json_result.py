@@ -1,0 +1,76 @@
+"""The JSON result: one object with all that was made, for programs to read.
+
+Floats are written as the shortest text that reads back to the same bits; keys stand in a
+fixed order; there is no white space.  Indices count from 0.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from weavecore.exporting.product import Product, strand_lengths
+from weavecore.model import FAMILIES, Latitudes, Lattice, Strands, SurfaceMesh
+
+
+def encode_json(product: Product) -> bytes:
+    """The bytes of the JSON result.
+
+    Raises
+    ------
+    ValueError
+        Where a number is not finite: JSON has no word for it.
+    """
+    document: dict[str, Any] = {
+        "format": "weavecore",
+        "version": 1,
+        "unit": product.surface.unit,
+        "tolerance": product.surface.tolerance,
+        "parameters": dict(product.parameters),
+        "surface": _surface(product.surface),
+    }
+    if product.latitudes is not None:
+        document["latitudes"] = _latitudes(product.latitudes)
+    if product.lattice is not None:
+        document["lattice"] = _lattice(product.lattice)
+        if product.strands is not None:
+            document["strands"] = _strands(product.strands, product.lattice)
+    # Ten megabytes a second slower with an indent, which also leaves the C encoder unused.
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+
+
+def _surface(surface: SurfaceMesh) -> dict[str, Any]:
+    entry: dict[str, Any] = {"vertices": surface.vertices.tolist(), "faces": surface.faces.tolist()}
+    if surface.cuts:
+        entry["cut"] = [loop.tolist() for loop in surface.cuts]
+    return entry
+
+
+def _latitudes(latitudes: Latitudes) -> dict[str, Any]:
+    return {
+        "points": latitudes.polylines.points.tolist(),
+        "offsets": latitudes.polylines.offsets.tolist(),
+        "generation": latitudes.generation.tolist(),
+        "distance": latitudes.distance.tolist(),
+        "parents": latitudes.parents.tolist(),
+    }
+
+
+def _lattice(lattice: Lattice) -> dict[str, Any]:
+    corners, starts = lattice.face_nodes.tolist(), lattice.face_offsets.tolist()
+    return {
+        "nodes": lattice.nodes.tolist(),
+        "faces": [corners[start:end] for start, end in zip(starts, starts[1:])],
+        "edges": lattice.edges.tolist(),
+        "edge_family": [FAMILIES[family] for family in lattice.edge_family.tolist()],
+        "node_latitude": lattice.node_latitude.tolist(),
+        "node_station": lattice.node_station.tolist(),
+    }
+
+
+def _strands(strands: Strands, lattice: Lattice) -> list[dict[str, Any]]:
+    rows = zip(strands.family.tolist(), strands.closed.tolist(), strand_lengths(strands, lattice).tolist())
+    return [
+        {"id": s, "family": FAMILIES[family], "nodes": strands.strand(s).tolist(), "closed": closed, "length": length}
+        for s, (family, closed, length) in enumerate(rows)
+    ]

@@ -1,0 +1,64 @@
+"""`Product`: what a writer gets, whichever stage it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Optional, Union
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, next_in_loop, rows_of
+from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh
+
+StageValue = Union[SurfaceMesh, Latitudes, Lattice]
+
+
+@dataclass(frozen=True, eq=False)
+class Product:
+    """A stage's result with all that it was made from.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    latitudes : Latitudes, optional
+    lattice : Lattice, optional
+    strands : Strands, optional
+        The rods of the lattice.
+    parameters : mapping
+        The options that led to it: plain numbers, texts and lists of them.
+    """
+
+    surface: SurfaceMesh
+    latitudes: Optional[Latitudes] = None
+    lattice: Optional[Lattice] = None
+    strands: Optional[Strands] = None
+    parameters: Mapping[str, object] = field(default_factory=dict)
+
+
+def product_of(
+    value: StageValue, *, strands: Strands | None = None, parameters: Mapping[str, object] | None = None
+) -> Product:
+    """Gather a stage's result and what it was made from.
+
+    The options that the values themselves know are added to ``parameters``.
+    """
+    known: dict[str, object] = dict(parameters or {})
+    if isinstance(value, SurfaceMesh):
+        return Product(value, parameters=known)
+    latitudes = value if isinstance(value, Latitudes) else value.latitudes
+    known["spacing"] = latitudes.spacing
+    if isinstance(value, Latitudes):
+        return Product(latitudes.surface, latitudes, parameters=known)
+    known["edge_length"], known["pattern"] = value.edge_length, value.pattern
+    return Product(latitudes.surface, latitudes, value, strands, known)
+
+
+def strand_lengths(strands: Strands, lattice: Lattice) -> Floats:
+    """(S,) length of each strand from node to node, the closing edge of closed ones included."""
+    after = next_in_loop(strands.offsets)
+    steps = np.linalg.norm(lattice.nodes[strands.nodes[after]] - lattice.nodes[strands.nodes], axis=1)
+    is_last_of_open = ~strands.closed & (np.diff(strands.offsets) > 0)
+    steps[strands.offsets[1:][is_last_of_open] - 1] = 0.0
+    lengths: Floats = np.bincount(rows_of(strands.offsets), steps, minlength=len(strands))
+    return lengths
