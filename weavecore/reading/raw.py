@@ -1,0 +1,47 @@
+"""`RawMesh`: a mesh as it was given, before anything is checked or mended.
+
+It holds arrays and texts only, so that a file can be read in another process and the
+result handed over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from weavecore.geometry.arrays import Ints
+
+DOUBLE = float(np.finfo(np.float64).eps)
+SINGLE = float(np.finfo(np.float32).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class RawMesh:
+    """Vertices and faces as they were given.
+
+    Parameters
+    ----------
+    vertices : (V, 3) numbers
+    faces : (F, 3) or (F, 4) whole numbers
+        Triangles, or quads of which a triangle repeats its last corner or has -1 there.
+    face_ids : (F,) int64, optional
+        The number that each face has for the user; its row where there is none.
+    unit, tolerance, name
+        As in `SurfaceMesh`.
+    notes : tuple of str
+        What was done to get here, one sentence each.
+    epsilon : float
+        Relative precision of the numbers that the coordinates were kept in.
+    """
+
+    vertices: NDArray[Any]
+    faces: NDArray[Any]
+    face_ids: Optional[Ints] = None
+    unit: str = "None"
+    tolerance: float = 0.0
+    name: str = ""
+    notes: tuple[str, ...] = ()
+    epsilon: float = DOUBLE

@@ -1,0 +1,220 @@
+"""Any triangle or quad mesh → the mesh that can be woven, or a refusal that says why.
+
+What can be mended without changing the shape is mended, and told in one sentence each:
+quads split, equal places welded, faces without area and repeated faces dropped, faces
+turned to one side, unused vertices dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from weavecore.errors import Degenerate, NonManifold
+from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.equal_rows import first_equal_point, first_equal_row
+from weavecore.model import SurfaceMesh
+from weavecore.reading.checking import check_resolution, checked_faces, checked_vertices
+from weavecore.reading.mates import fans_of_corners, find_mates
+from weavecore.reading.orientation import unify_orientation
+from weavecore.reading.quads import split_faces
+from weavecore.reading.raw import DOUBLE, RawMesh
+from weavecore.reading.slivers import find_caps, flip_caps, needle_welds, without_collapsed
+
+Plane = tuple[ArrayLike, ArrayLike]
+
+
+def surface_from_arrays(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    unit: str = "None",
+    tolerance: float = 0.0,
+    name: str = "",
+    cut_plane: Optional[Plane] = None,
+    face_ids: Optional[Ints] = None,
+    epsilon: float = DOUBLE,
+) -> SurfaceMesh:
+    """Make the `SurfaceMesh` of a mesh given as arrays.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array_like
+    faces : (F, 3) or (F, 4) array_like of int
+        A triangle among quads repeats its last corner, as in Rhino, or has -1 there.
+    unit, tolerance, name
+        As in `SurfaceMesh`.
+    cut_plane : (point, normal), optional
+        Closed parts that this plane meets are cut in two by it; others by themselves.
+    face_ids : (F,) int array, optional
+        How errors number the faces; by their row where it is not given.
+    epsilon : float, optional
+        Relative precision of the numbers that the coordinates were kept in.
+
+    Returns
+    -------
+    SurfaceMesh
+        Its vertices and faces keep the order of the input.
+
+    Raises
+    ------
+    NonFinite, BadIndex, TooFarFromOrigin, Degenerate, NonManifold, NotOrientable
+    """
+    raw = RawMesh(np.asarray(vertices), np.asarray(faces), face_ids, unit, tolerance, name, (), epsilon)
+    return repair(raw, cut_plane=cut_plane)
+
+
+def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None) -> SurfaceMesh:
+    """Make the `SurfaceMesh` of a `RawMesh`: see `surface_from_arrays`."""
+    points = checked_vertices(raw.vertices)
+    polygons, ids = checked_faces(raw)
+    said = list(raw.notes)
+    faces, row = split_faces(points, polygons)
+    if len(faces) > len(polygons):
+        said.append(f"Split {_count(len(faces) - len(polygons), 'quad')} into triangles.")
+    ids = ids[row]
+    check_resolution(points, faces, raw.epsilon)
+    place = first_equal_point(points)
+    faces, ids, place = _drop_faces_without_area(points, faces, ids, place, said)
+    faces, ids = _drop_repeated(faces, ids, place, said)
+    mates, crowded = find_mates(faces, place)
+    if len(crowded):
+        raise _crowded(ids[np.unique(crowded // 3)])
+    turning = unify_orientation(points, faces, place, mates, ids)
+    said += _turned(int(turning.odd.sum()), int(turning.inside_out.sum()))
+    points, welded = _weld(points, faces, place, mates, said)
+    return SurfaceMesh(
+        points, turning.apply(welded), unit=raw.unit, tolerance=raw.tolerance, name=raw.name, mendings=tuple(said)
+    )
+
+
+def _drop_faces_without_area(
+    points: Floats, faces: Ints, ids: Ints, place: Ints, said: list[str]
+) -> tuple[Ints, Ints, Ints]:
+    place = needle_welds(points, faces, place)
+    keep = without_collapsed(faces, place)
+    faces, ids = faces[keep], ids[keep]
+    n_caps = int(find_caps(points, faces).sum())
+    if n_caps:
+        faces, ids = flip_caps(points, faces, place, ids)
+    n_dropped = int((~keep).sum()) + n_caps
+    if n_dropped:
+        said.append(f"Dropped {_count(n_dropped, 'face')} without area.")
+    if len(faces) == 0:
+        raise Degenerate("No face has an area", remedy="Give a surface that has an area.")
+    return faces, ids, place
+
+
+def _drop_repeated(faces: Ints, ids: Ints, place: Ints, said: list[str]) -> tuple[Ints, Ints]:
+    """Drop faces that repeat another, and connected parts that lie on others face for face."""
+    keep = _first_of_each(faces)
+    faces, ids = faces[keep], ids[keep]
+    keep_part = ~_lies_on_others(faces, place)
+    n_dropped = int((~keep).sum() + (~keep_part).sum())
+    if n_dropped:
+        said.append(f"Dropped {_count(n_dropped, 'face')} that repeat others.")
+    return faces[keep_part], ids[keep_part]
+
+
+def _first_of_each(faces: Ints) -> Bools:
+    first: Bools = first_equal_row(np.sort(faces, axis=1).astype(np.uint64)) == np.arange(len(faces))
+    return first
+
+
+def _lies_on_others(faces: Ints, place: Ints) -> Bools:
+    """Faces (F,) of parts, joined by their indices, of which each face repeats one of an earlier part."""
+    first = first_equal_row(np.sort(place[faces], axis=1).astype(np.uint64))
+    if (first == np.arange(len(faces))).all():
+        return np.zeros(len(faces), bool)
+    part = _parts_by_index(faces, len(place))
+    is_new = first == np.arange(len(faces))
+    has_new = np.zeros(int(part.max()) + 1, bool)
+    has_new[part[is_new]] = True
+    lies: Bools = ~has_new[part]
+    return lies
+
+
+def _parts_by_index(faces: Ints, n_vertices: int) -> Ints:
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
+    links = coo_matrix((np.ones(len(start), bool), (start, end)), shape=(n_vertices, n_vertices))
+    label = connected_components(links, directed=False)[1]
+    return np.asarray(label[faces[:, 0]], np.int64)
+
+
+def _weld(points: Floats, faces: Ints, place: Ints, mates: Ints, said: list[str]) -> tuple[Floats, Ints]:
+    """One vertex for each fan of faces, in the order of the input; points and faces of these.
+
+    Raises
+    ------
+    NonManifold
+        Where two fans share a vertex of the input that is the only one in its place.
+    """
+    fan = fans_of_corners(faces, place, mates)
+    corner = faces.ravel()
+    least = np.full(int(fan.max()) + 1, len(points), np.int64)
+    np.minimum.at(least, fan, corner)
+    used = np.zeros(len(points), bool)
+    used[corner] = True
+    n_apart = _check_pinched(place[least], np.bincount(place[used], minlength=len(points)))
+    order = np.argsort(least, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    said += _welded(int(used.sum()) - len(least), n_apart, int((~used).sum()))
+    return points[least[order]], rank[fan].reshape(-1, 3)
+
+
+def _check_pinched(fan_place: Ints, n_given: Ints) -> int:
+    """How many fans more than places there are; refused where the input has a single vertex in such a place.
+
+    Where it has several, its indices do not say what belongs together, and the fans stay apart.
+    """
+    n_fans = np.bincount(fan_place, minlength=len(n_given))
+    pinched = np.flatnonzero((n_fans > 1) & (n_given == 1))
+    if len(pinched):
+        raise NonManifold(
+            "Fans of faces that touch in a single vertex",
+            remedy="Pull the touching parts apart, or join them along an edge.",
+            ids=pinched.tolist(),
+            kind="vertex",
+        )
+    return int(np.maximum(n_fans - 1, 0).sum())
+
+
+def _crowded(faces: NDArray[Any]) -> NonManifold:
+    return NonManifold(
+        "Edges with more than two faces",
+        remedy="Remove the extra faces, so that at most two meet along each edge.",
+        ids=np.unique(faces).tolist(),
+        kind="face",
+    )
+
+
+def _turned(n_odd: int, n_inside_out: int) -> list[str]:
+    said = []
+    if n_odd:
+        said.append(f"Turned {_count(n_odd, 'face')} to look to the side of the others.")
+    if n_inside_out:
+        said.append(f"Turned a closed part of {_count(n_inside_out, 'face')} to look outwards.")
+    return said
+
+
+def _welded(n_welded: int, n_apart: int, n_unused: int) -> list[str]:
+    said = []
+    if n_welded > 0:
+        said.append(f"Welded {_count(n_welded, 'vertex')} to others in the same place.")
+    if n_apart:
+        said.append(f"Left {_count(n_apart, 'vertex')} apart from others in the same place: sheets only touch there.")
+    if n_unused:
+        said.append(f"Dropped {_count(n_unused, 'vertex')} that no face uses.")
+    return said
+
+
+def _count(n: int, noun: str) -> str:
+    plural = {"vertex": "vertices"}.get(noun, noun + "s")
+    return f"{n:,} {noun if n == 1 else plural}"
