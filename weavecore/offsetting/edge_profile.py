@@ -1,24 +1,76 @@
-"""Where along an edge a level lies."""
+"""Where along an edge a level lies.
+
+The distance is known at both ends of an edge, and how steeply it rises there.  Where both ends belong to
+one front a cubic through these four numbers is exact but for the fourth order of the edge.
+Where two fronts meet on the edge the distance has a kink, which no smooth curve follows:
+there it is the lesser of the two straight continuations.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.offsetting.contours import Crossings
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEVEL_FROM_VERTEX
 
+_KINK = 0.25
+"""Slopes at both ends that differ by more than this belong to two fronts."""
+_STEPS = 4
+
 
 def place_crossings(sheet: Sheet, crossings: Crossings, band: Ints, *, spacing: float) -> Floats:
-    """(N,) where each crossing lies on its halfedge: 0 at its deep end, 1 at its shallow end."""
-    low, high = sheet.distance[crossings.shallow], sheet.distance[crossings.deep]
+    """(N,) where each crossing lies on its halfedge: 0 at its deep end, 1 at its shallow end.
+
+    Positions on one edge keep the order of their levels, apart from each other and from the ends.
+    """
+    deep, shallow = crossings.deep, crossings.shallow
     # A node that was levelled lies in another band than its distance says.
-    low = np.minimum(low, spacing * (band[crossings.shallow] + 1))
-    high = np.maximum(high, spacing * band[crossings.deep])
-    rise = high - low
-    part = np.divide(spacing * crossings.level - low, rise, out=np.full(len(rise), 0.5), where=rise > 0)
+    is_moved = band != np.floor(sheet.distance / spacing)
+    low = np.where(is_moved, np.minimum(sheet.distance, spacing * (band + 1)), sheet.distance)[shallow]
+    high = np.where(is_moved, np.maximum(sheet.distance, spacing * band), sheet.distance)[deep]
+    rise = np.maximum(high - low, np.finfo(float).tiny)
+    height = np.clip((spacing * crossings.level - low) / rise, 0.0, 1.0)
+    along = sheet.points[deep] - sheet.points[shallow]
+    known = ~(is_moved[deep] | is_moved[shallow])
+    start, is_start = _slope(sheet.gradient[shallow], along, known)
+    end, is_end = _slope(sheet.gradient[deep], along, known)
+    start, end = start / rise, end / rise
+    start, end = np.where(is_start, start, 2.0 - end), np.where(is_end, end, 2.0 - start)
+    unknown = ~(is_start | is_end)
+    start[unknown] = end[unknown] = 1.0
+    length = np.sqrt(np.einsum("ij,ij->i", along, along))
+    is_kink = (start - end) * rise > _KINK * length
+    part = np.where(is_kink & is_start & is_end, _meet(height, start, end), _cubic(height, start, end))
     return 1.0 - _kept_apart(part, crossings, band)
+
+
+def _slope(gradient: Floats, along: Floats, known: Bools) -> tuple[Floats, Bools]:
+    """How much the distance would rise over the whole edge, and whether that is known."""
+    return np.einsum("ij,ij->i", gradient, along), known & (gradient != 0).any(1)
+
+
+def _cubic(height: Floats, start: Floats, end: Floats) -> Floats:
+    """Where the monotone cubic from (0, 0) to (1, 1) with the given end slopes reaches a height."""
+    start, end = np.clip(start, 0.0, 3.0), np.clip(end, 0.0, 3.0)
+    a, b = start + end - 2.0, 3.0 - 2.0 * start - end
+    least, most = np.zeros_like(height), np.ones_like(height)
+    part = height.copy()
+    for _ in range(_STEPS):
+        value = ((a * part + b) * part + start) * part - height
+        least, most = np.where(value < 0, part, least), np.where(value < 0, most, part)
+        slope = (3.0 * a * part + 2.0 * b) * part + start
+        step = part - np.divide(value, slope, out=np.full_like(part, 2.0), where=slope > 0.1)
+        part = np.where((step >= least) & (step <= most), step, 0.5 * (least + most))
+    return part
+
+
+def _meet(height: Floats, start: Floats, end: Floats) -> Floats:
+    """Where the lesser of the two straight continuations reaches a height."""
+    from_start = height / np.maximum(start, 1.0)
+    from_end = 1.0 - np.divide(1.0 - height, end, out=np.ones_like(height), where=end > 0)
+    return np.maximum(from_start, from_end)
 
 
 def _kept_apart(part: Floats, crossings: Crossings, band: Ints) -> Floats:
