@@ -7,7 +7,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Bands, Latitudes, Lattice, Polylines, SurfaceMesh
+from weavecore.model import (
+    LATITUDINAL,
+    LONGITUDINAL,
+    POCKET,
+    Bands,
+    Latitudes,
+    Lattice,
+    Polylines,
+    Strands,
+    SurfaceMesh,
+)
 
 COLUMNS = 12
 ROWS = np.array([0.0, 2.5, 5.0])
@@ -110,4 +120,18 @@ def tube_lattice() -> Lattice:
         node_station=np.concatenate(station),
         pattern="triangular",
         edge_length=1.0,
+    )
+
+
+def tube_strands() -> Strands:
+    """The rings, and each other edge a strand of its own."""
+    lattice = tube_lattice()
+    rings = np.arange(lattice.n_nodes).reshape(-1, COLUMNS)
+    across = np.flatnonzero(lattice.edge_family != LATITUDINAL)
+    counts = np.r_[np.full(len(rings), COLUMNS), np.full(len(across), 2)]
+    return Strands(
+        offsets=np.r_[0, np.cumsum(counts)],
+        nodes=np.r_[rings.ravel(), lattice.edges[across].ravel()],
+        family=np.r_[np.full(len(rings), LATITUDINAL), lattice.edge_family[across]],
+        closed=counts == COLUMNS,
     )

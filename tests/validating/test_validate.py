@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from weavecore.errors import Broken, Unsupported
-from weavecore.model import LATITUDINAL, LONGITUDINAL, Bands, Latitudes, Lattice, Polylines, SurfaceMesh
+from weavecore.model import LATITUDINAL, LONGITUDINAL, Bands, Latitudes, Lattice, Polylines, Strands, SurfaceMesh
 from weavecore.validating import Finding, Report, validate
-from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_surface
+from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube_surface
 
-BREAKERS: dict[str, dict[str, Callable]] = {"surface": {}, "latitudes": {}, "lattice": {}}
-MAKERS = {"surface": tube_surface, "latitudes": tube_latitudes, "lattice": tube_lattice}
+BREAKERS: dict[str, dict[str, Callable]] = {"surface": {}, "latitudes": {}, "lattice": {}, "strands": {}}
+MAKERS = {"surface": tube_surface, "latitudes": tube_latitudes, "lattice": tube_lattice, "strands": tube_strands}
 
 
 def breaks(noun: str, finding: str) -> Callable:
@@ -294,24 +294,51 @@ def _(lattice: Lattice) -> Lattice:
     return replace(lattice, edge_family=changed(lattice.edge_family, across[0], LONGITUDINAL))
 
 
+# ---- strands
+
+
+@breaks("strands", "strands_too_short")
+def _(strands: Strands) -> Strands:
+    return replace(strands, closed=changed(strands.closed, -1, True))
+
+
+@breaks("strands", "strands_off_edges")
+def _(strands: Strands) -> Strands:
+    return replace(strands, nodes=changed(strands.nodes, 5, strands.nodes[50]))
+
+
+@breaks("strands", "edges_not_in_one_strand")
+def _(strands: Strands) -> Strands:
+    return replace(strands, closed=changed(strands.closed, 0, False))
+
+
+@breaks("strands", "strands_of_mixed_families")
+def _(strands: Strands) -> Strands:
+    return replace(strands, family=changed(strands.family, 0, LONGITUDINAL))
+
+
 # ---- what the tests above are run on
+
+
+def report_of(noun: str, value: object) -> Report:
+    return validate(value, lattice=tube_lattice()) if noun == "strands" else validate(value)
 
 
 @pytest.mark.parametrize("noun", sorted(MAKERS))
 def test_a_right_value_holds(noun: str) -> None:
-    report = validate(MAKERS[noun]())
+    report = report_of(noun, MAKERS[noun]())
     assert report.holds, str(report)
     report.raise_if_broken()
 
 
 @pytest.mark.parametrize("noun", sorted(MAKERS))
 def test_every_finding_is_broken_by_a_test(noun: str) -> None:
-    assert {finding.name for finding in validate(MAKERS[noun]())} == set(BREAKERS[noun])
+    assert {finding.name for finding in report_of(noun, MAKERS[noun]())} == set(BREAKERS[noun])
 
 
 @pytest.mark.parametrize(("noun", "name"), [(noun, name) for noun in BREAKERS for name in BREAKERS[noun]])
 def test_a_wrong_value_breaks_its_finding(noun: str, name: str) -> None:
-    report = validate(BREAKERS[noun][name](MAKERS[noun]()))
+    report = report_of(noun, BREAKERS[noun][name](MAKERS[noun]()))
     assert not report[name].holds
     assert not report.holds
     assert f"BROKEN {name}" in str(report)
@@ -346,3 +373,8 @@ def test_an_unknown_finding_is_a_key_error() -> None:
 def test_what_no_stage_gives_is_refused() -> None:
     with pytest.raises(Unsupported, match="no check for a list"):
         validate([1, 2, 3])
+
+
+def test_strands_are_checked_with_their_lattice_only() -> None:
+    with pytest.raises(Unsupported, match="no check for a Strands alone"):
+        validate(tube_strands())
