@@ -1,0 +1,149 @@
+"""Edge flips and vertex shifts that make a triangulated surface patch well shaped in space.
+
+A patch lies in the plane as well: flips and shifts keep every triangle there counter-clockwise, so
+that the patch stays an embedding.  Several patches may be relaxed at once, as separate components.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.halfedges import find_twins, next_halfedge, previous_halfedge
+
+_MOST_FLIP_ROUNDS = 60
+_LEAST_GAIN = 1e-6
+_LEAST_SHARE = 1e-3
+_TURN_BACK_ROUNDS = 6
+
+
+def doubled_areas(plane: Floats, faces: Ints) -> Floats:
+    """Twice the signed area (F,) of triangles in the plane."""
+    a, b, c = plane[faces[:, 0]], plane[faces[:, 1]], plane[faces[:, 2]]
+    u, v = b - a, c - a
+    areas: Floats = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return areas
+
+
+def corner_cotangents(points: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
+    """Cotangent of the angle at ``c`` of triangles (a, b, c) in space."""
+    u, v = points[a] - points[c], points[b] - points[c]
+    dot = np.einsum("ij,ij->i", u, v)
+    cross = np.linalg.norm(np.cross(u, v), axis=1)
+    cotangents: Floats = dot / np.maximum(cross, 1e-12 * np.abs(dot) + 1e-300)
+    return cotangents
+
+
+def flip_edges(faces: Ints, plane: Floats, points: Floats, names: Ints) -> Ints:
+    """Flip edges until the triangles are Delaunay in space, as far as the plane lets them.
+
+    Parameters
+    ----------
+    faces : (F, 3)
+        Counter-clockwise in ``plane``.
+    plane : (N, 2)
+    points : (N, 3)
+    names : (N,)
+        Which vertices will be one: those of one name.  No flip makes an edge that is there under these names.
+    """
+    faces = faces.copy()
+    collapsed = _collapsed(names[faces])
+    for _ in range(_MOST_FLIP_ROUNDS):
+        twins = find_twins(faces, len(plane))
+        h = np.flatnonzero(twins > np.arange(len(twins)))
+        h = h[~collapsed[h // 3] & ~collapsed[twins[h] // 3]]
+        gain, h = _flip_gains(faces, twins, h, plane, points)
+        fresh = _makes_no_double(faces, twins, h, names)
+        h = _apart(h[fresh], twins, gain[fresh], len(faces))
+        if len(h) == 0:
+            break
+        a, b, c, d = _quad(faces, twins, h)
+        faces[h // 3] = np.column_stack([a, d, c])
+        faces[twins[h] // 3] = np.column_stack([b, c, d])
+    return faces
+
+
+def _collapsed(named: Ints) -> Bools:
+    a, b, c = named.T
+    collapsed: Bools = (a == b) | (b == c) | (c == a)
+    return collapsed
+
+
+def _quad(faces: Ints, twins: Ints, h: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+    """Tail and head of halfedges, and the corners that face them on the left and on the right."""
+    flat = faces.ravel()
+    return flat[h], flat[next_halfedge(h)], flat[previous_halfedge(h)], flat[previous_halfedge(twins[h])]
+
+
+def _flip_gains(faces: Ints, twins: Ints, h: Ints, plane: Floats, points: Floats) -> tuple[Floats, Ints]:
+    """Halfedges whose flip makes things better and keeps the plane whole, and by how much."""
+    a, b, c, d = _quad(faces, twins, h)
+    gain = -(corner_cotangents(points, a, b, c) + corner_cotangents(points, b, a, d))
+    one = doubled_areas(plane, np.column_stack([a, d, c]))
+    other = doubled_areas(plane, np.column_stack([b, c, d]))
+    good = (gain > _LEAST_GAIN) & (np.minimum(one, other) > _LEAST_SHARE * (one + other))
+    return gain[good], h[good]
+
+
+def _makes_no_double(faces: Ints, twins: Ints, h: Ints, names: Ints) -> Bools:
+    named = names[faces]
+    n = np.int64(names.max() + 1) if len(names) else np.int64(1)
+    tail, head = named.ravel(), named[:, [1, 2, 0]].ravel()
+    there = np.unique(np.minimum(tail, head) * n + np.maximum(tail, head))
+    _, _, c, d = _quad(faces, twins, h)
+    c, d = names[c], names[d]
+    fresh: Bools = ~np.isin(np.minimum(c, d) * n + np.maximum(c, d), there) & (c != d)
+    return fresh
+
+
+def _apart(h: Ints, twins: Ints, gain: Floats, n_faces: int) -> Ints:
+    """A set of halfedges no two of which touch the same face, the best first."""
+    rank = np.empty(len(h), np.int64)
+    rank[np.lexsort((h, -gain))] = np.arange(len(h))
+    best = np.full(n_faces, len(h), np.int64)
+    np.minimum.at(best, h // 3, rank)
+    np.minimum.at(best, twins[h] // 3, rank)
+    return h[(best[h // 3] == rank) & (best[twins[h] // 3] == rank)]
+
+
+def wanted_shift(faces: Ints, points: Floats, sizes: Floats) -> Floats:
+    """Shift (N, 3) of each vertex to the middle of its triangles, the coarser weighing less.
+
+    The triangles' centres weigh by area over the fourth power of the wanted edge length, which
+    drives the vertices towards triangles of that size (Du and Wang 2003).
+    """
+    a, b, c = points[faces[:, 0]], points[faces[:, 1]], points[faces[:, 2]]
+    weight = np.linalg.norm(np.cross(b - a, c - a), axis=1) / sizes[faces].mean(1) ** 4
+    centre = (a + b + c) / 3
+    total = np.zeros(len(points))
+    moment = np.zeros_like(points)
+    for k in range(3):
+        total += np.bincount(faces[:, k], weight, len(points))
+        for axis in range(3):
+            moment[:, axis] += np.bincount(faces[:, k], weight * centre[:, axis], len(points))
+    shift: Floats = moment / np.maximum(total, 1e-300)[:, None] - points
+    shift[total == 0] = 0.0
+    return shift
+
+
+def take_back_folds(faces: Ints, before: Floats, after: Floats) -> Floats:
+    """The plane's new vertices (N, 2), those taken back whose shift would fold a triangle."""
+    after = after.copy()
+    floor = _LEAST_SHARE * doubled_areas(before, faces)
+    for _ in range(_TURN_BACK_ROUNDS):
+        folded = faces[doubled_areas(after, faces) <= floor].ravel()
+        if len(folded) == 0:
+            return after
+        after[folded] = before[folded]
+    return before
+
+
+def least_angles(points: Floats, faces: Ints) -> Floats:
+    """The least angle (F,) of each triangle, in degrees."""
+    corners = points[faces]
+    angles = []
+    for k in range(3):
+        u, v = corners[:, (k + 1) % 3] - corners[:, k], corners[:, (k + 2) % 3] - corners[:, k]
+        angles.append(np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v)))
+    least: Floats = np.degrees(np.min(angles, axis=0))
+    return least

@@ -1,0 +1,107 @@
+"""A Brep as one welded triangle mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from weavecore.errors import Degenerate
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.reading.rhino_surfaces.borders import (
+    EdgeVertices,
+    FaceBorder,
+    bisect_segments,
+    face_border,
+    number_vertices,
+)
+from weavecore.reading.rhino_surfaces.filling import FacePatch, fill_face
+from weavecore.reading.rhino_surfaces.grids import FaceGrid, face_grid
+from weavecore.reading.rhino_surfaces.meshed import MeshedObject
+from weavecore.reading.rhino_surfaces.patches import Patches, join_patches, relaxed, welded
+from weavecore.reading.rhino_surfaces.paths import divide_path, edge_path, least_segments
+from weavecore.reading.rhino_surfaces.shape import NO_EDGE, BrepShape
+from weavecore.reading.rhino_surfaces.sizing import graded_sizes, size_limits
+
+Progress = Callable[[float, str], None]
+_MOST_BISECTIONS = 10
+
+
+def mesh_brep(
+    shape: BrepShape,
+    *,
+    edge_target: float | None = None,
+    chord: float | None = None,
+    progress: Progress | None = None,
+) -> MeshedObject:
+    """Mesh all faces of a Brep; see `mesh_object`."""
+    tell = progress or (lambda share, label: None)
+    paths = [edge_path(curve) for curve in shape.edges]
+    grids = []
+    for i, face in enumerate(shape.faces):
+        tell(0.3 * i / len(shape.faces), "Measuring faces")
+        grids.append(face_grid(face))
+    limits = size_limits(grids, paths, edge_target, chord)
+    closed = (shape.edge_vertices[:, 0] == shape.edge_vertices[:, 1]).tolist()
+    sizes, along = graded_sizes(grids, paths, closed, limits)
+    least = least_segments(shape).tolist()
+    lengths = [divide_path(*row) for row in zip(paths, along, least)]
+    vertices = number_vertices(shape, paths, lengths)
+    patches, vertices = _fill_all(shape, paths, grids, sizes, vertices, tell)
+    joined = relaxed(join_patches(shape.faces, grids, sizes, patches, vertices), tell)
+    return welded(joined, loops_of_edges(shape))
+
+
+def _fill_all(
+    shape: BrepShape,
+    paths: Sequence,
+    grids: Sequence[FaceGrid],
+    sizes: Sequence[Floats],
+    vertices: EdgeVertices,
+    tell: Progress,
+) -> tuple[list[FacePatch], EdgeVertices]:
+    """Triangulate the faces; where border segments cross, halve them in all faces and try again."""
+    patches: dict[int, FacePatch] = {}
+    borders: dict[int, FaceBorder] = {}
+    stale = set(range(len(shape.faces)))
+    for _ in range(_MOST_BISECTIONS):
+        for done, i in enumerate(sorted(stale)):
+            tell(0.3 + 0.4 * done / len(stale), "Filling faces")
+            borders[i] = face_border(shape.faces[i], vertices)
+            patches[i] = fill_face(shape.faces[i], grids[i], sizes[i], borders[i])
+        failed = [i for i in sorted(stale) if len(patches[i].missing)]
+        if not failed:
+            return [patches[i] for i in range(len(shape.faces))], vertices
+        origin = np.unique(np.concatenate([borders[i].origin[patches[i].missing] for i in failed]), axis=0)
+        origin = origin[origin[:, 0] != NO_EDGE]
+        if len(origin) == 0:
+            break
+        vertices = number_vertices(shape, paths, bisect_segments(vertices, origin))
+        touched = set(origin[:, 0].tolist())
+        stale = {i for i, face in enumerate(shape.faces) if any(t.edge in touched for loop in face.loops for t in loop)}
+        renumbered = {i for i in range(len(shape.faces))} - stale
+        for i in renumbered:
+            border = face_border(shape.faces[i], vertices)
+            old = patches[i]
+            names = np.concatenate([border.names, old.names[len(border.names) :]])
+            patches[i] = FacePatch(old.uv, names, old.faces, old.missing)
+    raise Degenerate(
+        "Faces whose trims cross each other",
+        remedy="Rebuild their edges in Rhino, or give a smaller edge target.",
+        ids=failed,
+        kind="face",
+    )
+
+
+def loops_of_edges(shape: BrepShape) -> int:
+    """How many loops the edges with a single trim make: the borders that the mesh must have."""
+    ends = shape.edge_vertices[shape.edge_trims == 1]
+    root: Ints = np.arange(len(shape.vertices))
+    for _ in range(len(ends)):
+        low = np.minimum(root[ends[:, 0]], root[ends[:, 1]])
+        before = root.copy()
+        np.minimum.at(root, ends[:, 0], low)
+        np.minimum.at(root, ends[:, 1], low)
+        if (before == root).all():
+            break
+    return len(np.unique(root[ends]))
