@@ -15,7 +15,7 @@ from weavecore.offsetting.contours import Crossings
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEVEL_FROM_VERTEX
 
-_KINK = 0.25
+KINK = 0.25
 """Slopes at both ends that differ by more than this belong to two fronts."""
 _STEPS = 4
 
@@ -33,22 +33,23 @@ def place_crossings(sheet: Sheet, crossings: Crossings, band: Ints, *, spacing: 
     rise = np.maximum(high - low, np.finfo(float).tiny)
     height = np.clip((spacing * crossings.level - low) / rise, 0.0, 1.0)
     along = sheet.points[deep] - sheet.points[shallow]
-    known = ~(is_moved[deep] | is_moved[shallow])
-    start, is_start = _slope(sheet.gradient[shallow], along, known)
-    end, is_end = _slope(sheet.gradient[deep], along, known)
+    start, is_start = slope_along(sheet.gradient[shallow], along)
+    end, is_end = slope_along(sheet.gradient[deep], along)
+    stays = ~(is_moved[deep] | is_moved[shallow])
+    is_start, is_end = is_start & stays, is_end & stays
     start, end = start / rise, end / rise
     start, end = np.where(is_start, start, 2.0 - end), np.where(is_end, end, 2.0 - start)
     unknown = ~(is_start | is_end)
     start[unknown] = end[unknown] = 1.0
     length = np.sqrt(np.einsum("ij,ij->i", along, along))
-    is_kink = (start - end) * rise > _KINK * length
+    is_kink = (start - end) * rise > KINK * length
     part = np.where(is_kink & is_start & is_end, _meet(height, start, end), _cubic(height, start, end))
     return 1.0 - _kept_apart(part, crossings, band)
 
 
-def _slope(gradient: Floats, along: Floats, known: Bools) -> tuple[Floats, Bools]:
-    """How much the distance would rise over the whole edge, and whether that is known."""
-    return np.einsum("ij,ij->i", gradient, along), known & (gradient != 0).any(1)
+def slope_along(gradient: Floats, along: Floats) -> tuple[Floats, Bools]:
+    """How much the distance would rise over each whole edge (N, 3), and whether that is known."""
+    return np.einsum("ij,ij->i", gradient, along), (gradient != 0).any(1)
 
 
 def _cubic(height: Floats, start: Floats, end: Floats) -> Floats:

@@ -1,7 +1,8 @@
-"""`Sheet`: the surface opened along its cuts, with the distance at its nodes.
+"""`Sheet`: the surface as the levels are traced on it, with the distance at its nodes.
 
-On a sheet a cut is two borders, so that whatever is traced on it never needs to ask about
-cuts.  A *node* of the sheet is a vertex of the surface; a vertex on a cut is one node per side.
+A sheet is opened along the cuts: each is two borders, so that whoever traces never needs to
+ask about cuts.  A *node* of the sheet is a vertex of the surface (one on a cut is a
+node per side) or lies on an edge between two of those.
 """
 
 from __future__ import annotations
@@ -29,8 +30,14 @@ class Sheet:
     twins : (3F,) int64
     distance : (n,) float64
     gradient : (n, 3) float64
-    vertex : (n,) int64
-        Vertex of the surface at each node.
+    whole_faces : (F', 3) int64
+        Nodes of the faces of the surface.
+    face_of : (F,) int64
+        Face of the surface that each face is part of.
+    edge_of : (n, 2) int64
+        The two nodes of ``whole_faces`` between which each node lies; twice itself at a vertex.
+    share : (n,) float64
+        Where between these two it lies: 0 to 1.
     origins : tuple of int arrays
         Vertex loops of the surface where distances start: its borders, then its cuts.
     side_polyline, side_node, side_is_left : (s,)
@@ -43,7 +50,10 @@ class Sheet:
     twins: Ints
     distance: Floats
     gradient: Floats
-    vertex: Ints
+    whole_faces: Ints
+    face_of: Ints
+    edge_of: Ints
+    share: Floats
     origins: tuple[Ints, ...]
     side_polyline: Ints
     side_node: Ints
@@ -65,6 +75,19 @@ class Sheet:
         flag[tail[border]] = flag[head[border]] = True
         return flag
 
+    def locate(self, halfedge: Ints, part: Floats) -> tuple[Ints, Floats]:
+        """Face of the surface and barycentric coordinates in it (N, 3) of points on halfedges."""
+        tail, head = halfedge_ends(self.faces)
+        face = self.face_of[halfedge // 3]
+        corners = self.whole_faces[face]
+        barycentric = np.zeros((len(halfedge), 3))
+        for node, weight in ((tail[halfedge], 1.0 - part), (head[halfedge], part)):
+            a, b = self.edge_of[node].T
+            share = self.share[node]
+            barycentric += np.where(corners == a[:, None], (weight * (1.0 - share))[:, None], 0.0)
+            barycentric += np.where(corners == b[:, None], (weight * share)[:, None], 0.0)
+        return face, barycentric
+
 
 def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
     """The surface opened along its cuts."""
@@ -80,7 +103,10 @@ def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
         twins=twins,
         distance=field.distance[vertex],
         gradient=field.gradient[vertex],
-        vertex=vertex,
+        whole_faces=faces,
+        face_of=np.arange(surface.n_faces),
+        edge_of=np.repeat(np.arange(len(vertex))[:, None], 2, axis=1),
+        share=np.zeros(len(vertex)),
         origins=surface.borders + surface.cuts,
         side_polyline=np.concatenate([np.arange(n_borders + n_cuts), n_borders + np.arange(n_cuts)]),
         side_node=np.concatenate([[b[0] for b in surface.borders], faces.ravel()[left], faces.ravel()[right]]).astype(

@@ -14,6 +14,7 @@ from weavecore.offsetting.contours import Crossings, Loops, chain_loops, count_c
 from weavecore.offsetting.edge_profile import place_crossings
 from weavecore.offsetting.field import DistanceField
 from weavecore.offsetting.persistence import group_nodes
+from weavecore.offsetting.ridges import split_ridges
 from weavecore.offsetting.sheet import Sheet, open_sheet
 
 MOST_POINTS = 30_000_000
@@ -37,7 +38,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
     TooMuchWork
         When the polylines would have more than 30 million points.
     """
-    sheet = open_sheet(surface, field)
+    sheet = split_ridges(open_sheet(surface, field), surface.edge_lengths, spacing=spacing)
     regions = group_nodes(sheet, spacing=spacing)
     if not regions.band.any():
         raise _too_large(spacing, float(field.distance.max()))
@@ -66,16 +67,13 @@ def _polylines(surface: SurfaceMesh, sheet: Sheet, crossings: Crossings, part: F
     halfedge, part = crossings.halfedge[loops.order], part[loops.order]
     deep, shallow = crossings.deep[loops.order], crossings.shallow[loops.order]
     points = sheet.points[deep] + (sheet.points[shallow] - sheet.points[deep]) * part[:, None]
-    barycentric = np.zeros((len(halfedge), 3))
-    row = np.arange(len(halfedge))
-    barycentric[row, halfedge % 3] = 1.0 - part
-    barycentric[row, (halfedge + 1) % 3] = part
+    face, barycentric = sheet.locate(halfedge, part)
     counts = np.concatenate([[len(loop) for loop in sheet.origins], np.diff(loops.offsets)])
     return Polylines(
         points=np.concatenate([surface.vertices[origin], points]),
         offsets=offsets_of(counts),
         closed=np.ones(len(counts), bool),
-        face=np.concatenate([origin_face, halfedge // 3]),
+        face=np.concatenate([origin_face, face]),
         barycentric=np.concatenate([origin_barycentric, barycentric]),
     )
 
