@@ -1,0 +1,7 @@
+"""Stage 1: what a file or a program holds → the `SurfaceMesh` that is woven."""
+
+from weavecore.reading.inspecting import FileReport, ObjectReport, inspect_file
+from weavecore.reading.read import read_surface, surface_from
+from weavecore.reading.repair import surface_from_arrays
+
+__all__ = ["FileReport", "ObjectReport", "inspect_file", "read_surface", "surface_from", "surface_from_arrays"]

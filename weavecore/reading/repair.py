@@ -7,7 +7,6 @@ turned to one side, unused vertices dropped.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Optional
 
 import numpy as np
@@ -67,7 +66,7 @@ def surface_from_arrays(
     return repair(raw, cut_plane=cut_plane)
 
 
-def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None) -> SurfaceMesh:
+def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None, is_cut: bool = True) -> SurfaceMesh:
     """Make the `SurfaceMesh` of a `RawMesh`: see `surface_from_arrays`."""
     points = checked_vertices(raw.vertices)
     polygons, ids = checked_faces(raw)

@@ -1,0 +1,172 @@
+"""What a file holds and what would become of each object, for a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+
+from weavecore.errors import WeaveError
+from weavecore.files import PathLike
+from weavecore.geometry.arrays import Floats
+from weavecore.model import SurfaceMesh
+from weavecore.reading.choosing import is_candidate
+from weavecore.reading.mesh_files import read_mesh_file
+from weavecore.reading.raw import RawMesh
+from weavecore.reading.read import check_ending, is_rhino, raw_from_document
+from weavecore.reading.repair import repair
+from weavecore.reading.rhino_file import RhinoDocument, RhinoObject, open_document
+
+
+@dataclass(frozen=True)
+class ObjectReport:
+    """One object of a file, and what would become of it.
+
+    Parameters
+    ----------
+    id, name, kind, layer : str
+        As in Rhino; the kind of a mesh file is "Mesh".
+    n_faces : int
+        Triangles of its surface; 0 where there is none.
+    border_lengths : tuple of float
+        Length of each border loop, in the file's unit.
+    euler_characteristic : int or None
+    is_candidate : bool
+        Whether it can be meant without being named.
+    aside : str
+        Why it cannot: "hidden", "locked", "on a layer that is off", "part of a block"; or "".
+    code : str
+        "" where it can be woven, else the code of the error.
+    message : str
+        The error, or what would be mended.
+    """
+
+    id: str
+    name: str
+    kind: str
+    layer: str
+    n_faces: int
+    border_lengths: tuple[float, ...]
+    euler_characteristic: Optional[int]
+    is_candidate: bool
+    aside: str
+    code: str
+    message: str
+
+    @property
+    def n_borders(self) -> int:
+        """Number of border loops."""
+        return len(self.border_lengths)
+
+
+@dataclass(frozen=True)
+class FileReport:
+    """What a file holds.
+
+    Parameters
+    ----------
+    path : str
+    format : str
+        The file's ending without its dot.
+    version : int or None
+        Of Rhino; None for a mesh file.
+    unit : str
+        Rhino's name, or "None".
+    tolerance : float
+    layers : tuple of str
+        Full paths.
+    objects : tuple of ObjectReport
+        Those that a surface could be made of.
+    others : tuple of (kind, count)
+        How many there are of the other kinds.
+    """
+
+    path: str
+    format: str
+    version: Optional[int]
+    unit: str
+    tolerance: float
+    layers: tuple[str, ...]
+    objects: tuple[ObjectReport, ...]
+    others: tuple[tuple[str, int], ...]
+
+
+def inspect_file(path: PathLike) -> FileReport:
+    """Look at every object of a file that a surface could be made of.
+
+    Raises
+    ------
+    Unreadable, Unsupported, TooMuchWork
+        Where the file as a whole cannot be read; what is wrong with one object is in its report.
+    """
+    if is_rhino(path):
+        return _inspect_document(path, open_document(path))
+    check_ending(path)
+    format_ = Path(path).suffix.lower()[1:]
+    try:
+        raw = read_mesh_file(path)
+    except (LookupError, ValueError) as error:
+        if not isinstance(error, WeaveError):
+            raise
+        report = _refused(RhinoObject("", Path(path).stem, "Mesh", "", "", None), error)
+    else:
+        report = _report(RhinoObject("", raw.name, "Mesh", "", "", None), raw)
+    return FileReport(str(path), format_, None, "None", 0.0, (), (report,), ())
+
+
+def _inspect_document(path: PathLike, document: RhinoDocument) -> FileReport:
+    reports, others = [], dict[str, int]()
+    for one in document.objects:
+        if not one.is_surface:
+            others[one.kind] = others.get(one.kind, 0) + 1
+            continue
+        try:
+            reports.append(_report(one, raw_from_document(document, one)))
+        except WeaveError as error:
+            reports.append(_refused(one, error))
+    return FileReport(
+        path=str(path),
+        format="3dm",
+        version=document.version,
+        unit=document.unit,
+        tolerance=document.tolerance,
+        layers=document.layers,
+        objects=tuple(reports),
+        others=tuple(sorted(others.items())),
+    )
+
+
+def _report(one: RhinoObject, raw: RawMesh) -> ObjectReport:
+    try:
+        surface = repair(raw, is_cut=False)
+    except WeaveError as error:
+        return _refused(one, error)
+    return ObjectReport(
+        id=one.id,
+        name=one.name,
+        kind=one.kind,
+        layer=one.layer,
+        n_faces=surface.n_faces,
+        border_lengths=_border_lengths(surface),
+        euler_characteristic=surface.euler_characteristic,
+        is_candidate=is_candidate(one),
+        aside=one.aside,
+        code="",
+        message=" ".join(surface.mendings),
+    )
+
+
+def _refused(one: RhinoObject, error: WeaveError) -> ObjectReport:
+    return ObjectReport(
+        one.id, one.name, one.kind, one.layer, 0, (), None, is_candidate(one), one.aside, error.code, str(error)
+    )
+
+
+def _border_lengths(surface: SurfaceMesh) -> tuple[float, ...]:
+    return tuple(_length(surface.vertices[loop]) for loop in surface.borders)
+
+
+def _length(loop: Floats) -> float:
+    return float(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1).sum())
