@@ -8,6 +8,7 @@ import numpy as np
 
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.reading.rhino_surfaces.accuracy import border_gap, chord_error
 from weavecore.reading.rhino_surfaces.borders import (
     EdgeVertices,
     FaceBorder,
@@ -18,13 +19,14 @@ from weavecore.reading.rhino_surfaces.borders import (
 from weavecore.reading.rhino_surfaces.filling import FacePatch, fill_face
 from weavecore.reading.rhino_surfaces.grids import FaceGrid, face_grid
 from weavecore.reading.rhino_surfaces.meshed import MeshedObject
-from weavecore.reading.rhino_surfaces.patches import Patches, join_patches, relaxed, welded
-from weavecore.reading.rhino_surfaces.paths import divide_path, edge_path, least_segments
+from weavecore.reading.rhino_surfaces.patches import join_patches, relaxed, welded
+from weavecore.reading.rhino_surfaces.paths import EdgePath, divide_path, edge_path, least_segments
 from weavecore.reading.rhino_surfaces.shape import NO_EDGE, BrepShape
 from weavecore.reading.rhino_surfaces.sizing import graded_sizes, size_limits
 
 Progress = Callable[[float, str], None]
 _MOST_BISECTIONS = 10
+_MOST_GAP = 10.0
 
 
 def mesh_brep(
@@ -32,6 +34,7 @@ def mesh_brep(
     *,
     edge_target: float | None = None,
     chord: float | None = None,
+    tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> MeshedObject:
     """Mesh all faces of a Brep; see `mesh_object`."""
@@ -49,12 +52,17 @@ def mesh_brep(
     vertices = number_vertices(shape, paths, lengths)
     patches, vertices = _fill_all(shape, paths, grids, sizes, vertices, tell)
     joined = relaxed(join_patches(shape.faces, grids, sizes, patches, vertices), tell)
-    return welded(joined, loops_of_edges(shape))
+    meshed = welded(joined)
+    gap, face = border_gap(joined)
+    notes = []
+    if gap > max(_MOST_GAP * (tolerance or 0.0), limits.chord):
+        notes.append(f"Face {face} lies up to {gap:.3g} from the edges that bound it.")
+    return MeshedObject(*meshed, loops_of_edges(shape), chord_error(joined), tuple(notes))
 
 
 def _fill_all(
     shape: BrepShape,
-    paths: Sequence,
+    paths: Sequence[EdgePath],
     grids: Sequence[FaceGrid],
     sizes: Sequence[Floats],
     vertices: EdgeVertices,

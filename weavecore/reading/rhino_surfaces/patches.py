@@ -13,7 +13,6 @@ from weavecore.geometry.relaxing import flip_edges, take_back_folds, wanted_shif
 from weavecore.reading.rhino_surfaces.borders import EdgeVertices
 from weavecore.reading.rhino_surfaces.filling import FacePatch
 from weavecore.reading.rhino_surfaces.grids import FaceGrid, lookup
-from weavecore.reading.rhino_surfaces.meshed import MeshedObject
 from weavecore.reading.rhino_surfaces.shape import FaceShape
 
 _ROUNDS = 6
@@ -125,8 +124,8 @@ def _in_parameters(surface: NurbsSurface, uv: Floats, shift: Floats) -> Floats:
     return np.where(regular[:, None], step, 0.0)
 
 
-def welded(patches: Patches, loops_expected: int) -> MeshedObject:
-    """One mesh: points of one name become one vertex, collapsed triangles go."""
+def welded(patches: Patches) -> tuple[Floats, Ints]:
+    """Vertices and faces of one mesh: points of one name become one vertex, collapsed triangles go."""
     for _ in range(_MOST_SPLITS):
         doubled = _doubled_edges(patches)
         if len(doubled) == 0:
@@ -139,7 +138,7 @@ def welded(patches: Patches, loops_expected: int) -> MeshedObject:
     used, faces = np.unique(named, return_inverse=True)
     place = np.zeros((int(patches.names.max()) + 1, 3))
     place[patches.names] = patches.points
-    return MeshedObject(place[used], faces.reshape(-1, 3), loops_expected)
+    return place[used], faces.reshape(-1, 3)
 
 
 def _collapsed(named: Ints) -> Bools:

@@ -1,0 +1,105 @@
+"""`mesh_object`: whatever surface rhino3dm holds → one welded triangle mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from weavecore.errors import NonFinite, Unsupported
+from weavecore.geometry.arrays import Floats
+from weavecore.reading.rhino_surfaces.brep_mesh import mesh_brep
+from weavecore.reading.rhino_surfaces.meshed import MeshedObject
+from weavecore.reading.rhino_surfaces.shape import brep_shape
+from weavecore.reading.rhino_surfaces.subd import mesh_subd
+
+MESHED_KINDS = ("Brep", "Extrusion", "Surface", "SubD")
+"""Rhino's names for the kinds of object that `mesh_object` takes."""
+
+
+def mesh_object(
+    geometry: Any,
+    *,
+    edge_target: Optional[float] = None,
+    chord: Optional[float] = None,
+    tolerance: Optional[float] = None,
+    transform: Optional[ArrayLike] = None,
+    progress: Optional[Callable[[float, str], None]] = None,
+) -> MeshedObject:
+    """Mesh a surface of a Rhino file, without Rhino.
+
+    Edges of a Brep are divided once, in space, so that the faces on them share their vertices; seams are closed
+    and sides that are single points become one vertex.  Border vertices lie on the edges' own curves.
+
+    Parameters
+    ----------
+    geometry : rhino3dm.Brep, Surface of any kind, Extrusion or SubD
+    edge_target : float, optional
+        Longest wanted edge, in the object's unit; a fiftieth of the size where it is not given.
+    chord : float, optional
+        Greatest wanted distance between mesh and surface; a thousandth of the size where it is not given.
+        Edges are shorter than ``edge_target`` where the curvature asks for it.
+    tolerance : float, optional
+        The model's absolute tolerance: a Brep whose edges are further than this from its faces is told in the notes.
+    transform : (4, 4) array_like, optional
+        Moves the object first, as a block does; the other lengths are meant after it.
+    progress : callable, optional
+        Called with a fraction and a label; may raise to cancel.
+
+    Returns
+    -------
+    MeshedObject
+        Consistently oriented, outside where the object says so.  The same input gives the same bytes.
+
+    Raises
+    ------
+    Unsupported, Unreadable, NonFinite, Degenerate, TooMuchWork
+    """
+    moved = _checked_transform(transform)
+    if progress is not None:
+        progress(0.0, "Reading the surface")
+    if type(geometry).__name__ == "SubD":
+        meshed = mesh_subd(geometry, edge_target=edge_target, chord=chord, transform=moved, progress=progress)
+    else:
+        shape = brep_shape(as_brep(geometry), moved)
+        meshed = mesh_brep(shape, edge_target=edge_target, chord=chord, tolerance=tolerance, progress=progress)
+    if progress is not None:
+        progress(1.0, "Meshed")
+    return meshed
+
+
+def as_brep(geometry: Any) -> Any:
+    """A ``rhino3dm.Brep`` of a Brep, an extrusion or a surface.
+
+    Raises
+    ------
+    Unsupported
+    """
+    import rhino3dm
+
+    brep = None
+    if isinstance(geometry, rhino3dm.Brep):
+        brep = geometry
+    elif isinstance(geometry, rhino3dm.Extrusion):
+        brep = geometry.ToBrep(True)
+    elif isinstance(geometry, rhino3dm.BrepFace):
+        brep = geometry.DuplicateFace(False)
+    elif isinstance(geometry, rhino3dm.Surface):
+        brep = rhino3dm.Brep.CreateFromSurface(geometry)
+    if brep is None or len(brep.Faces) == 0:
+        raise Unsupported(
+            f"A {type(geometry).__name__} cannot be made into a surface with borders",
+            remedy="Give a mesh, a surface, a polysurface, an extrusion or a SubD.",
+        )
+    return brep
+
+
+def _checked_transform(transform: Optional[ArrayLike]) -> Optional[Floats]:
+    if transform is None:
+        return None
+    moved = np.asarray(transform, np.float64).reshape(4, 4)
+    if not np.isfinite(moved).all() or np.linalg.det(moved) == 0 or (moved[3] != [0, 0, 0, 1]).any():
+        raise NonFinite("A transform that flattens or is not finite", remedy="Explode the block in Rhino.")
+    return moved
