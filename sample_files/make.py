@@ -55,6 +55,7 @@ def write(name: str, layer_name: str, vertices: shapes.Array, faces: shapes.Inde
 
 
 def main(names: list[str]) -> None:
+    """Write the named samples, or all."""
     os.chdir(HERE)  # rhino3dm writes the path that it is given into the file
     for name in names or LAYERS:
         vertices, faces = getattr(shapes, name)()

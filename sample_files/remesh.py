@@ -88,6 +88,7 @@ def project(points: Array, fields: tuple[Field, ...], rounds: int = 6) -> Array:
 
 
 def face_normals(vertices: Array, faces: Index) -> Array:
+    """Normals (F, 3), twice the area long."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
 
@@ -99,6 +100,7 @@ def compact(vertices: Array, faces: Index) -> tuple[Array, Index]:
 
 
 def split_long(vertices: Array, faces: Index, longest: float) -> tuple[Array, Index]:
+    """Cut edges longer than ``longest`` in the middle until there are none."""
     while True:
         edges = Edges(faces)
         lengths = edges.lengths(vertices)
@@ -118,6 +120,7 @@ def split_long(vertices: Array, faces: Index, longest: float) -> tuple[Array, In
 
 
 def collapse_short(vertices: Array, faces: Index, shortest: float, longest: float) -> tuple[Array, Index]:
+    """Collapse edges shorter than ``shortest`` where no face turns over and none grows longer than ``longest``."""
     for _ in range(30):
         edges = Edges(faces)
         n = len(vertices)
@@ -257,10 +260,10 @@ def _tangential(points: Array, ends: Index, surface: Field) -> Array:
     """From each point to the mean of the points joined to it, along the surface."""
     n = len(points)
     here, there = np.r_[ends[:, 0], ends[:, 1]], np.r_[ends[:, 1], ends[:, 0]]
-    mean = np.stack([np.bincount(here, x, n) for x in points[there].T], axis=1) / np.bincount(here, minlength=n)[:, None]
+    total = np.stack([np.bincount(here, x, n) for x in points[there].T], axis=1)
     normal = gradient(surface, points)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    way = mean - points
+    way = total / np.bincount(here, minlength=n)[:, None] - points
     along: Array = way - normal * (way * normal).sum(1, keepdims=True)
     return along
 

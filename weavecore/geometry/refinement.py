@@ -1,0 +1,247 @@
+"""Flat refinement: a finer mesh of exactly the same surface, its borders point for point.
+
+Edges that are too long are cut in the middle, the longest of a face first (Rivara 1984), so
+that no angle becomes much smaller than half of what it was.  An edge of the border may not be
+cut.  Its middle is replaced by a point a little inside, on a flat *arch* over the edge; the
+triangle between the edge and that point is *sealed*, and what is left is refined with the two
+sides of the arch as its border.  So a long border edge ends as a thin fan of sealed triangles,
+with well-sized triangles behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.errors import TooFarFromOrigin, TooMuchWork
+from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.halfedges import NO_TWIN, find_twins, next_halfedge, previous_halfedge
+
+MOST_FACES = 5_000_000
+"""More faces than this are refused."""
+
+_ARCH = 1 / 12  # most height of the arch over a border edge, as a part of the edge
+_DEPTH = 1 / 2  # and as a part of the longest edge: behind it the faces are of their ordinary size
+_MOST_RISE = 1 / 4  # and as a part of the face's height above that edge
+_FACE_AREA = 0.17  # of a refined face, in squares of the longest edge: halves of right angles are common
+_LEAST_STEPS = 64.0  # edges shorter than this many rounding steps have no middle worth the name
+_SCRAMBLE = np.int64(0x9E3779B97F4A7C15 & 0x7FFFFFFFFFFFFFFF)
+_LOW_BITS = np.int64(0x7FFFFFFFFFFFFFFF)
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A refined mesh.
+
+    Parameters
+    ----------
+    vertices : (V', 3) float64
+        The old vertices first, bit for bit; then the new ones, each on an old face.
+    faces : (F', 3) int64
+        Row ``f`` is old face ``f``, or a part of it; parts beyond the first come after all old rows.
+    parent_face : (F',) int64
+        The old face that each face is part of.
+    """
+
+    vertices: Floats
+    faces: Ints
+    parent_face: Ints
+
+
+def refine_faces(vertices: Floats, faces: Ints, *, longest: float, protected: Bools | None = None) -> Refinement:
+    """Refine the faces that have an edge longer than ``longest``; leave all others alone.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+        Manifold and consistently oriented.
+    longest : float
+        In the unit of the vertices.
+    protected : (3F,) bool, optional
+        Halfedges whose edge may not be cut, besides those of the border; one of the two is enough.
+
+    Returns
+    -------
+    Refinement
+        Edges of the border and protected edges are the same as before.  Every other edge is at
+        most ``longest`` long, but for the sides of sealed triangles beside a border or protected
+        edge that is longer itself.  Orientation is kept.
+
+    Raises
+    ------
+    TooMuchWork
+        Where more than `MOST_FACES` faces are to be expected.
+    TooFarFromOrigin
+        Where ``longest`` is lost in the rounding of the coordinates.
+    NonManifold
+    """
+    if not longest > 0:
+        raise TooMuchWork(f"Edges no longer than {longest} cannot be made", remedy="Give a length above zero.")
+    worked = _Bisection(vertices, faces, longest, protected)
+    queue = worked.long_faces(np.arange(len(faces)))
+    if len(queue) == 0:
+        return Refinement(vertices, faces, np.arange(len(faces)))
+    _check_work(vertices, faces[queue], longest)
+    while len(queue):
+        queue = worked.split(queue)
+    return worked.result()
+
+
+def _check_work(vertices: Floats, faces: Ints, longest: float) -> None:
+    largest = float(np.abs(vertices).max())
+    if longest < _LEAST_STEPS * np.spacing(largest):
+        raise TooFarFromOrigin(
+            f"Edges of {longest:.3g} cannot be told from rounding at coordinates of {largest:.3g}",
+            remedy="Move the surface to the origin, or use a larger spacing.",
+        )
+    a, b, c = (vertices[faces[:, k]] / longest for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    around = sum(np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a)))
+    expected = float(np.sum(area / _FACE_AREA + around))
+    if not expected <= MOST_FACES:
+        raise TooMuchWork(
+            f"Refining the mesh to edges of {longest:.4g} would make about {expected:.2g} faces",
+            remedy=f"Use a larger spacing: at most {MOST_FACES:,} faces are made.",
+        )
+
+
+class _Bisection:
+    """The mesh while it is worked on: the faces not sealed, with their twins, and the sealed ones."""
+
+    def __init__(self, vertices: Floats, faces: Ints, longest: float, protected: Bools | None) -> None:
+        self.vertices, self.longest = vertices, longest
+        self.faces = np.array(faces, np.int64)
+        self.twins = find_twins(faces, len(vertices))
+        if protected is not None:
+            shut = protected.copy()
+            shut[self.twins[protected & (self.twins != NO_TWIN)]] = True
+            self.twins[shut] = NO_TWIN
+        self.parent = np.arange(len(faces))
+        # Of a border halfedge: the arch's height over the square of the whole edge's length, in units of longest.
+        length = np.sqrt(self._squares(np.arange(len(faces)))).ravel()
+        arched = (self.twins == NO_TWIN) & (length > 1)
+        height = np.minimum(_ARCH * length, _DEPTH)
+        self.bend = np.divide(height, length**2, out=np.zeros_like(length), where=arched)
+        self.sealed: list[Ints] = []
+        self.sealed_parent: list[Ints] = []
+
+    def _squares(self, face: Ints) -> Floats:
+        """(n, 3) squared lengths of the edges of faces, in units of the longest that is allowed."""
+        corners = self.vertices[self.faces[face]]
+        along = (corners[:, [1, 2, 0]] - corners) / self.longest
+        squares: Floats = along[..., 0] ** 2 + along[..., 1] ** 2 + along[..., 2] ** 2
+        return squares
+
+    def long_faces(self, face: Ints) -> Ints:
+        """Which of the given faces have an edge that is too long."""
+        long_: Ints = face[self._squares(face).max(1, initial=0.0) > 1.0]
+        return long_
+
+    def split(self, queue: Ints) -> Ints:
+        """Cut an independent set of the longest edges of the queued faces; give the next queue."""
+        chosen = self._choose(queue)
+        n_faces, n_chosen = len(self.faces), len(chosen)
+        middle = self._new_middles(chosen)
+        self._cut(chosen, middle)
+        split = np.zeros(n_faces, bool)
+        split[chosen // 3] = True
+        touched = np.concatenate([chosen // 3, n_faces + np.arange(n_chosen)])
+        return np.concatenate([queue[~split[queue]], self.long_faces(touched)])
+
+    def _choose(self, queue: Ints) -> Ints:
+        """Halfedges that are the first of their face and, if they have a twin, of its face too.
+
+        First is the longest, in classes of a fifth; within a class the order is scrambled:
+        a fan of ever longer edges would else be cut one edge a round.
+        """
+        square = self._squares(queue)
+        mantissa, exponent = np.frexp(square)
+        size_class = 2 * exponent.astype(np.int64) + (mantissa >= np.sqrt(0.5))
+        corner, after = self.faces[queue], self.faces[queue][:, [1, 2, 0]]
+        edge_id = np.minimum(corner, after) * np.int64(len(self.vertices)) + np.maximum(corner, after)
+        is_first = size_class == size_class.max(1, keepdims=True)
+        for key in (square.view(np.int64), edge_id):
+            rank = np.where(is_first, key * _SCRAMBLE & _LOW_BITS, -1)
+            is_first &= rank == rank.max(1, keepdims=True)
+        first = 3 * queue + np.argmax(is_first, axis=1)
+        first_of_face = np.full(len(self.faces), NO_TWIN, np.int64)
+        first_of_face[queue] = first
+        twin = self.twins[first]
+        chosen: Ints = first[(twin == NO_TWIN) | (first_of_face[twin // 3] == twin)]
+        return chosen
+
+    def _new_middles(self, chosen: Ints) -> Ints:
+        """Add a vertex for each chosen edge; give it for each chosen halfedge."""
+        twin = self.twins[chosen]
+        leads = (twin == NO_TWIN) | (chosen < twin)
+        new = len(self.vertices) + np.arange(int(leads.sum()))
+        of_halfedge = np.empty(len(self.twins), np.int64)
+        of_halfedge[chosen[leads]] = new
+        paired = leads & (twin != NO_TWIN)
+        of_halfedge[twin[paired]] = of_halfedge[chosen[paired]]
+        a, b, c = self._corners(chosen[leads])
+        middle = (self.vertices[a] + self.vertices[b]) / 2
+        on_border = twin[leads] == NO_TWIN
+        a, b, c, new = a[on_border], b[on_border], c[on_border], new[on_border]
+        middle[on_border] = self._arch_points(chosen[leads][on_border], a, b, c)
+        self.vertices = np.concatenate([self.vertices, middle])
+        self.sealed.append(np.stack([a, b, new], axis=1))
+        self.sealed_parent.append(self.parent[chosen[leads][on_border] // 3])
+        return of_halfedge[chosen]
+
+    def _arch_points(self, halfedge: Ints, a: Ints, b: Ints, c: Ints) -> Floats:
+        """The point of the arch over the middle of each border halfedge, towards the apex."""
+        p, q, apex = self.vertices[a], self.vertices[b], self.vertices[c]
+        middle, along = (p + q) / 2, (q - p) / self.longest
+        length = np.linalg.norm(along, axis=1)
+        height = np.linalg.norm(np.cross(along, (apex - p) / self.longest), axis=1) / length
+        rise = self.bend[halfedge] * length**2
+        part = np.minimum(_MOST_RISE, np.divide(rise, height, out=np.full(len(rise), _MOST_RISE), where=height > 0))
+        points: Floats = middle + part[:, None] * (apex - middle)
+        return points
+
+    def _corners(self, halfedge: Ints) -> tuple[Ints, Ints, Ints]:
+        flat = self.faces.ravel()
+        return flat[halfedge], flat[next_halfedge(halfedge)], flat[previous_halfedge(halfedge)]
+
+    def _cut(self, h: Ints, middle: Ints) -> None:
+        """Cut the faces of halfedges ``h`` (a, b) from their middles to their apexes c: (a, m, c), (m, b, c)."""
+        n_faces = len(self.faces)
+        a, b, c = self._corners(h)
+        face, added = h // 3, n_faces + np.arange(len(h))
+        beyond = [next_halfedge(h), previous_halfedge(h)]  # (b, c) and (c, a) go to new places
+        places = [3 * added + 1, 3 * face + 2]
+        moved = np.arange(len(self.twins))
+        twin, outer, bend = self.twins[h], [self.twins[s] for s in beyond], [self.bend[s] for s in (*beyond, h)]
+        for old, new in zip(beyond, places):
+            moved[old] = new
+        self.faces[face] = np.stack([a, middle, c], axis=1)
+        self.faces = np.concatenate([self.faces, np.stack([middle, b, c], axis=1)])
+        self.parent = np.concatenate([self.parent, self.parent[face]])
+        self.twins = np.concatenate([self.twins, np.full(3 * len(h), NO_TWIN, np.int64)])
+        self.bend = np.concatenate([self.bend, np.zeros(3 * len(h))])
+        for place, across in zip(places, outer):
+            known = across != NO_TWIN
+            self.twins[place] = NO_TWIN
+            self.twins[place[known]] = moved[across[known]]
+            self.twins[moved[across[known]]] = place[known]
+        self._join(3 * face + 1, 3 * added + 2)
+        row = np.full(n_faces, -1, np.int64)
+        row[face] = np.arange(len(h))
+        beside = np.where(twin == NO_TWIN, -1, row[twin // 3])
+        self.twins[3 * face] = np.where(beside < 0, NO_TWIN, 3 * added[beside])
+        self.twins[3 * added] = np.where(beside < 0, NO_TWIN, 3 * face[beside])
+        for place, curve in zip((*places, 3 * face, 3 * added), (*bend, bend[-1])):
+            self.bend[place] = curve
+
+    def _join(self, one: Ints, other: Ints) -> None:
+        self.twins[one], self.twins[other] = other, one
+
+    def result(self) -> Refinement:
+        return Refinement(
+            self.vertices,
+            np.concatenate([self.faces, *self.sealed]),
+            np.concatenate([self.parent, *self.sealed_parent]),
+        )
