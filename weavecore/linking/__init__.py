@@ -1,0 +1,1 @@
+"""Stage 3: from the latitudes to the lattice."""

@@ -1,0 +1,65 @@
+"""Putting the lattice together: faces, edges and their families."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.linking.patterns import Pattern
+from weavecore.linking.pockets import Filling
+from weavecore.linking.rings import Zip
+from weavecore.model.latitudes import Latitudes
+from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
+
+
+def assemble(
+    latitudes: Latitudes,
+    places: Floats,
+    latitude: Ints,
+    station: Floats,
+    zips: list[Zip],
+    filling: Filling,
+    pattern: Pattern,
+    edge_length: float,
+) -> Lattice:
+    """The lattice of zips and fillings.
+
+    An edge along a polyline is latitudinal; one that binds a child to its parent is longitudinal,
+    also where several meet in one band; all others are of the second step.
+    """
+    n_hubs = len(filling.hubs)
+    faces = np.concatenate([*(z.triangles() for z in zips), filling.triangles])
+    faces = faces[np.lexsort(np.sort(faces, axis=1).T[::-1])]
+    nodes = np.concatenate([places, filling.hubs])
+    node_latitude = np.concatenate([latitude, np.full(n_hubs, -1, np.int64)])
+    tail, head = faces.ravel(), faces[:, [1, 2, 0]].ravel()
+    edges = np.unique(np.sort(np.c_[tail, head], axis=1), axis=0)
+    return Lattice(
+        latitudes=latitudes,
+        nodes=nodes,
+        face_offsets=3 * np.arange(len(faces) + 1),
+        face_nodes=faces.ravel(),
+        edges=edges,
+        edge_family=edge_families(latitudes, edges, node_latitude),
+        node_latitude=node_latitude,
+        node_station=np.concatenate([station, np.zeros(n_hubs)]),
+        pattern=pattern.name,
+        edge_length=edge_length,
+    )
+
+
+def edge_families(latitudes: Latitudes, edges: Ints, node_latitude: Ints) -> Ints:
+    """Family of each edge by the polylines of its ends."""
+    count = np.bincount(node_latitude[node_latitude >= 0], minlength=len(latitudes))
+    first = np.cumsum(count) - count
+    a, b = edges.T
+    p, q = node_latitude[a], node_latitude[b]
+    same = (p == q) & (p >= 0)
+    gap = b - a
+    ring = same & ((gap == 1) | ((a == first[p]) & (gap == count[p] - 1)))
+    n = len(latitudes)
+    parents = latitudes.parents
+    related = np.concatenate([parents[:, 0] * n + parents[:, 1], parents[:, 1] * n + parents[:, 0]])
+    binds = np.isin(np.where((p >= 0) & (q >= 0), p * n + q, -1), related)
+    family: Ints = np.where(ring, LATITUDINAL, np.where(binds, LONGITUDINAL, POCKET))
+    return family

@@ -1,0 +1,118 @@
+"""The surface between the polylines of some bands, as triangles of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.bisecting import bisect_long_edges
+from weavecore.geometry.cutting import NONE, Cells, cut_along
+from weavecore.linking.band_marks import Curves, curves_around
+from weavecore.linking.open_mesh import OpenMesh, open_mesh
+from weavecore.model.latitudes import Latitudes
+
+_LONGEST = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class BandMesh:
+    """Triangles that fill some bands, each band apart from the others.
+
+    A *seat* is a node as seen from one side: a node of a cut has one on either side.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    triangles : (t, 3) int64
+        Counter-clockwise seen from outside.
+    band : (n,) int64
+        The band of each point.
+    seat : (n,) int64
+        The seat that a point on a polyline belongs to, -1 of a point inside.
+    seat_polyline, seat_index : (s,) int64
+        Which node of which polyline each seat is.
+    """
+
+    points: Floats
+    triangles: Ints
+    band: Ints
+    seat: Ints
+    seat_polyline: Ints
+    seat_index: Ints
+
+
+def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_length: float) -> BandMesh:
+    """Cut the wanted bands out of the surface.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    nodes : list of (n,) float64
+        Stations of the nodes of each polyline.
+    wanted : (b,) int64
+        Bands.
+    edge_length : float
+        Triangles come out a good deal finer than this.
+    """
+    bands = latitudes.bands
+    sides = np.flatnonzero(np.isin(rows_of(bands.offsets), wanted))
+    mesh = open_mesh(latitudes.surface)
+    curves = curves_around(latitudes, mesh, nodes, sides)
+    cells = cut_along(mesh.faces, mesh.twins, curves.marks)
+    side_curve, side_piece = _curves_of_sides(latitudes, curves, cells, sides)
+    band_of_piece = np.full(max(int(cells.cell_piece.max()), int(cells.face_piece.max())) + 1, NONE, np.int64)
+    band_of_piece[side_piece] = rows_of(bands.offsets)[sides]
+    points, triangles, band = _triangles(mesh, curves, cells, band_of_piece)
+
+    # The same place is a different point in each band.
+    n = np.int64(len(points))
+    key, local = np.unique(band[:, None] * n + triangles, return_inverse=True)
+    seat_offsets = offsets_of([len(nodes[p]) for p in bands.polyline[sides]])
+    seat = np.full(len(key), NONE, np.int64)
+    for rank, curve in enumerate(side_curve.tolist()):
+        part = slice(curves.offsets[curve], curves.offsets[curve + 1])
+        at = np.searchsorted(key, rows_of(bands.offsets)[sides[rank]] * n + curves.marks.vertex[part])
+        seat[at] = seat_offsets[rank] + curves.index[part]
+    seat_rank = rows_of(seat_offsets)
+    seat_index = np.arange(len(seat_rank)) - seat_offsets[seat_rank]
+    seat_polyline = bands.polyline[sides][seat_rank]
+    whole = BandMesh(points[key % n], local.reshape(-1, 3), key // n, seat, seat_polyline, seat_index)
+    return refine(whole, _LONGEST * edge_length)
+
+
+def refine(mesh: BandMesh, longest: float) -> BandMesh:
+    """The same mesh with no inner edge longer than ``longest``."""
+    points, triangles, origin = bisect_long_edges(mesh.points, mesh.triangles, longest)
+    inside = np.full(len(points) - len(mesh.points), NONE, np.int64)
+    seat = np.concatenate([mesh.seat, inside])
+    return BandMesh(points, triangles, mesh.band[origin], seat, mesh.seat_polyline, mesh.seat_index)
+
+
+def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: Ints) -> tuple[Ints, Ints]:
+    """For each side its curve, and the piece of the mesh that lies on it."""
+    bands = latitudes.bands
+    on_edges = latitudes.generation[curves.polyline] == 0
+    curve_key = 2 * curves.polyline + (on_edges & ~curves.is_left)
+    polyline, is_left = bands.polyline[sides], bands.is_left[sides]
+    curve = np.searchsorted(curve_key, 2 * polyline + ((latitudes.generation[polyline] == 0) & ~is_left))
+    mark = curves.offsets[curve]
+    across = np.where(is_left, cells.left_piece[mark], cells.right_piece[mark])
+    return curve, np.where(on_edges[curve], cells.edge_piece[curves.border[curve]], across)
+
+
+def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
+    """Points, triangles and their bands: whole faces, and cells as fans about their middles."""
+    face_band = np.where(cells.face_piece == NONE, NONE, band_of_piece[cells.face_piece])
+    whole = np.flatnonzero(face_band != NONE)
+    cell_band = band_of_piece[cells.cell_piece]
+    part = np.flatnonzero(cell_band[cells.part_cell] != NONE)
+    cell, fan = np.unique(cells.part_cell[part], return_inverse=True)
+    points = np.concatenate([mesh.vertices, curves.points])
+    start, end = cells.part_start[part], cells.part_end[part]
+    count = np.bincount(fan)
+    middle = np.stack([np.bincount(fan, points[start, k]) for k in range(3)], axis=1) / count[:, None]
+    triangles = np.concatenate([mesh.faces[whole], np.c_[start, end, len(points) + fan]])
+    band = np.concatenate([face_band[whole], cell_band[cell][fan]])
+    return np.concatenate([points, middle]), triangles, band

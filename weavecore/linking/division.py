@@ -1,0 +1,117 @@
+"""Division: how many nodes each polyline gets, and where along it they lie (Yan et al. 2016, §5).
+
+A *station* is an arc length from the first point of a polyline.  The *index* of a place on
+a divided polyline counts nodes: 2.5 lies halfway between nodes 2 and 3.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.linking.patterns import Pattern
+from weavecore.model.latitudes import Latitudes
+from weavecore.model.polylines import Polylines
+
+FEWEST_NODES = 3
+CORNER_TURN = np.radians(40.0)
+
+
+def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern) -> Ints:
+    """Number of nodes (P,) of each polyline, so that its edges come nearest to ``edge_length``."""
+    step = pattern.count_step
+    fewest = -(-FEWEST_NODES // step) * step
+    ideal = latitudes.polylines.lengths / edge_length
+    counts = np.maximum(np.rint(ideal / step).astype(np.int64) * step, fewest)
+    if pattern.count_slack > 1.0:
+        for parent, child in ring_pairs(latitudes):
+            if max(counts[parent] / ideal[child], ideal[child] / counts[parent]) <= pattern.count_slack:
+                counts[child] = counts[parent]
+    return counts
+
+
+def ring_pairs(latitudes: Latitudes) -> list[tuple[int, int]]:
+    """Parent and child of every band that is a plain ring between the two, parents first."""
+    bands = latitudes.bands
+    first = bands.offsets[:-1]
+    annulus = np.flatnonzero((np.diff(bands.offsets) == 2) & (bands.euler == 0))
+    annulus = annulus[bands.is_parent[first[annulus]] & ~bands.is_parent[first[annulus] + 1]]
+    pairs = zip(bands.polyline[first[annulus]].tolist(), bands.polyline[first[annulus] + 1].tolist())
+    return sorted(pairs, key=lambda pair: (pair[1], pair[0]))
+
+
+def divide_border(points: Floats, stations: Floats, length: float, count: int) -> Floats:
+    """Stations (count,) of the nodes of a border: a node at each corner, equal arc lengths between.
+
+    Where there is no corner the first node lies at the sharpest turn, so that the division
+    depends on the shape and not on where the polyline begins.
+    """
+    turn = turns(points)
+    corners = np.flatnonzero(turn > CORNER_TURN)
+    if len(corners) == 0 or len(corners) > count:
+        start = int(np.argmax(turn > turn.max() - 1e-9))
+        return np.sort((stations[start] + np.arange(count) * (length / count)) % length)
+    runs = np.diff(np.append(stations[corners], stations[corners[0]] + length))
+    parts = _shared_out(runs, count)
+    nodes = [s + np.arange(n) * (run / n) for s, run, n in zip(stations[corners], runs, parts)]
+    return np.sort(np.concatenate(nodes) % length)
+
+
+def _shared_out(runs: Floats, count: int) -> Ints:
+    """Whole numbers of edges, one at least, in the proportion of the runs and ``count`` in all."""
+    parts = np.maximum(np.floor(runs * (count / runs.sum())).astype(np.int64), 1)
+    while parts.sum() < count:
+        parts[np.argmax(runs / parts)] += 1
+    while parts.sum() > count:
+        able = np.where(parts > 1, runs / np.maximum(parts - 1, 1), np.inf)
+        parts[np.argmin(able)] -= 1
+    shared: Ints = parts
+    return shared
+
+
+def turns(points: Floats) -> Floats:
+    """Angle (n,) by which a closed polyline turns at each of its points."""
+    ahead = np.roll(points, -1, axis=0) - points
+    behind = np.roll(ahead, 1, axis=0)
+    cross = np.linalg.norm(np.cross(behind, ahead), axis=1)
+    angles: Floats = np.arctan2(cross, (behind * ahead).sum(1)).astype(np.float64)
+    return angles
+
+
+def divide_evenly(length: float, count: int, phase: float) -> Floats:
+    """Stations (count,) at equal arc length; the first lies ``phase`` edges after the start."""
+    return (np.arange(count) + phase % 1.0) * (length / count)
+
+
+def index_at(nodes: Floats, length: float, station: Floats) -> Floats:
+    """Index of stations on a closed polyline whose nodes lie at the rising stations ``nodes``.
+
+    Stations may run on beyond the end, where the next turn begins.
+    """
+    n = len(nodes)
+    turn = np.floor(station / length)
+    known = np.concatenate([[nodes[-1] - length], nodes, [nodes[0] + length]])
+    index: Floats = np.interp(station - turn * length, known, np.arange(-1.0, n + 1)) + turn * n
+    return index
+
+
+def points_at(polylines: Polylines, polyline: Ints, station: Floats) -> Floats:
+    """Points (n, 3) at stations along closed polylines."""
+    start = segments_at(polylines, polyline, station)
+    length = polylines.segment_lengths[start]
+    along = station - polylines.stations[start]
+    part = np.divide(along, length, out=np.zeros_like(along), where=length > 0)[:, None]
+    ends = polylines.offsets[polyline + 1] - 1
+    after = np.where(start == ends, polylines.offsets[polyline], start + 1)
+    points: Floats = polylines.points[start] * (1 - part) + polylines.points[after] * part
+    return points
+
+
+def segments_at(polylines: Polylines, polyline: Ints, station: Floats) -> Ints:
+    """First point (n,) of the segment in which each station lies."""
+    # Stations of all polylines end to end make one rising row to search in.
+    base = np.concatenate([[0.0], np.cumsum(polylines.lengths)])
+    row = base[polylines.owner] + polylines.stations
+    found = np.searchsorted(row, base[polyline] + station, side="right") - 1
+    start: Ints = np.clip(found, polylines.offsets[polyline], polylines.offsets[polyline + 1] - 1)
+    return start

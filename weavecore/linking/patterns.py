@@ -1,0 +1,60 @@
+"""What a pattern asks of the division and of the links between two rings.
+
+A pattern is data, not code: a new one is a new entry in `PATTERNS`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from weavecore.errors import Unsupported
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """How rings line up and which cells lie between them.
+
+    Parameters
+    ----------
+    name : str
+    child_sits : float
+        Where a child's node sits above an edge of its parent: 0.5 above the middle, 0 in
+        line with a node.
+    count_step : int
+        Every ring has a multiple of this many nodes.
+    count_slack : float
+        A child keeps the count of its parent while its edges are within this factor of the
+        edge length that was asked for; 1 where each ring is counted for itself.
+    has_diagonals : bool
+        Whether cells between two rings are triangles; else they are quads wherever the
+        counts agree.
+    """
+
+    name: str
+    child_sits: float
+    count_step: int
+    count_slack: float
+    has_diagonals: bool
+
+
+PATTERNS = {
+    pattern.name: pattern
+    for pattern in (
+        Pattern("triangular", child_sits=0.5, count_step=1, count_slack=1.0, has_diagonals=True),
+        # Even rings can be woven plainly: over, under, over…
+        Pattern("quad", child_sits=0.0, count_step=2, count_slack=1.35, has_diagonals=False),
+    )
+}
+
+
+def pattern_named(name: str) -> Pattern:
+    """The pattern of that name.
+
+    Raises
+    ------
+    Unsupported
+        When there is none.
+    """
+    if name not in PATTERNS:
+        raise Unsupported(f"There is no pattern {name!r}", remedy=f"Take one of: {', '.join(sorted(PATTERNS))}.")
+    return PATTERNS[name]

@@ -1,0 +1,142 @@
+"""Step two (Yan et al. 2016, §5): the bands that are no plain rings.
+
+Caps, ridges, fronts that meet head-on, splits, merges and handles are all linked the same
+way: who faces whom across the band is read off the surface, which gives a triangulation
+with the right topology whatever the band is; where the band is wide, hubs are set between the
+polylines; then edges are turned until the angles are good.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from weavecore.errors import Degenerate
+from weavecore.geometry.arrays import Floats, Ints, offsets_of
+from weavecore.geometry.delaunay import improve_triangles
+from weavecore.linking.band_mesh import BandMesh, mesh_bands, refine
+from weavecore.linking.voronoi import EdgeGraph, Regions
+from weavecore.model.latitudes import Latitudes
+
+HUB_DEPTH = 0.7
+HUB_GAP = 0.9
+_MOST_REPAIRS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Filling:
+    """Triangles that fill bands.
+
+    Parameters
+    ----------
+    triangles : (t, 3) int64
+        Nodes, counter-clockwise seen from outside; hubs are numbered on from the nodes of the rings.
+    hubs : (k, 3) float64
+        Where the hubs are.
+    """
+
+    triangles: Ints
+    hubs: Floats
+
+
+def fill_bands(
+    latitudes: Latitudes, nodes: list[Floats], places: Floats, wanted: Ints, taken: Ints, edge_length: float
+) -> Filling:
+    """Fill bands of any topology with triangles.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    nodes : list of (n,) float64
+        Stations of the nodes of each polyline.
+    places : (N, 3) float64
+        Where these nodes are.
+    wanted : (b,) int64
+        The bands to fill.
+    taken : (k, 2) int64
+        Pairs of nodes that are joined already, the lesser first.
+    edge_length : float
+    """
+    mesh = mesh_bands(latitudes, nodes, wanted, edge_length)
+    first = offsets_of([len(stations) for stations in nodes])
+    seat_node = first[mesh.seat_polyline] + mesh.seat_index
+    graph = EdgeGraph(mesh)
+    hubs = _wide_places(mesh, graph, edge_length)
+    for _ in range(_MOST_REPAIRS):
+        regions = Regions(mesh, graph, hubs)
+        owner_node = np.concatenate([seat_node, len(places) + np.arange(len(hubs))])
+        more = _missing_hubs(regions, owner_node, taken)
+        if more is None:
+            mesh = refine(mesh, float(graph.length.max()) / 2)
+            graph = EdgeGraph(mesh)
+        elif len(more):
+            hubs = np.concatenate([hubs, more])
+        else:
+            break
+    else:
+        raise Degenerate(
+            "A band between two polylines is too small for its shape to be linked",
+            remedy="Take a smaller edge length or another spacing.",
+            ids=wanted.tolist(),
+            kind="band",
+        )
+    n = np.int64(len(places) + len(hubs))
+    keys = np.sort(taken[:, 0] * n + taken[:, 1])
+    triangles = owner_node[regions.dual.triangles]
+    triangles = improve_triangles(np.concatenate([places, mesh.points[hubs]]), triangles, keys)
+    return Filling(triangles, mesh.points[hubs])
+
+
+def _wide_places(mesh: BandMesh, graph: EdgeGraph, edge_length: float) -> Ints:
+    """Points for hubs: the deepest first, until no place is left that is far from sides and hubs."""
+    on_side = np.flatnonzero(mesh.seat >= 0)
+    _, source = graph.nearest(on_side)
+    depth = np.linalg.norm(mesh.points - mesh.points[source], axis=1)
+    deep = np.flatnonzero(depth > HUB_DEPTH * edge_length)
+    if len(deep) == 0:
+        return deep
+    deep = deep[np.lexsort((deep, -depth[deep]))]
+    apart = 4.0 * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    spots = np.c_[mesh.points[deep], apart * mesh.band[deep]]
+    tree = cKDTree(spots)
+    is_free = np.ones(len(deep), bool)
+    hubs = []
+    for k in range(len(deep)):
+        if is_free[k]:
+            hubs.append(deep[k])
+            is_free[tree.query_ball_point(spots[k], HUB_GAP * edge_length)] = False
+    return np.array(hubs, np.int64)
+
+
+def _missing_hubs(regions: Regions, owner_node: Ints, taken: Ints) -> Ints | None:
+    """Points for further hubs where the topology asks for them; None where the mesh is too coarse to hold one."""
+    bad = regions.not_discs()
+    if len(bad):
+        points = np.flatnonzero(np.isin(regions.owner, bad))
+        groups = np.searchsorted(bad, regions.owner[points])
+    else:
+        bad = _bad_links(regions, owner_node, taken)
+        edges = np.flatnonzero(np.isin(regions.dual.edge_class, bad))
+        groups = np.tile(np.searchsorted(bad, regions.dual.edge_class[edges]), 2)
+        points = np.concatenate([regions.graph.a[edges], regions.graph.b[edges]])
+    found = regions.deepest(groups, points, len(bad))
+    return None if (found < 0).any() else np.unique(found)
+
+
+def _bad_links(regions: Regions, owner_node: Ints, taken: Ints) -> Ints:
+    """Links that join what is joined already, or a node with itself."""
+    dual, graph = regions.dual, regions.graph
+    n = np.int64(owner_node.max() + 1)
+    pair = np.sort(owner_node[dual.links], axis=1)
+    key = pair[:, 0] * n + pair[:, 1]
+    is_border = np.bincount(graph.of_triangle.ravel(), minlength=len(graph.a)) == 1
+    is_ring = np.zeros(len(key), bool)
+    is_ring[dual.edge_class[is_border & (dual.edge_class >= 0)]] = True
+    inner = np.flatnonzero(~is_ring)
+    repeated = np.ones(len(inner), bool)
+    repeated[np.unique(key[inner], return_index=True)[1]] = False
+    clash = repeated | np.isin(key[inner], taken[:, 0] * n + taken[:, 1]) | (pair[inner, 0] == pair[inner, 1])
+    bad: Ints = inner[clash]
+    return bad

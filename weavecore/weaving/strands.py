@@ -1,0 +1,134 @@
+"""Strands: which edges of a lattice one rod follows through the nodes.
+
+A *dart* is an edge with a direction: dart ``2 * e`` runs along edge ``e`` as it is listed, dart
+``2 * e + 1`` back.  At each node the edges of one family are paired so that rods bend
+little; a dart is followed by the one that leaves the node along the partner of its edge.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.model.lattice import LATITUDINAL, Lattice
+from weavecore.model.strands import Strands
+
+MOST_BEND = np.radians(75.0)
+"""A rod that would bend more than this at one node ends there; rings always close."""
+
+_NONE = -1
+
+
+def find_strands(lattice: Lattice) -> Strands:
+    """Chain the edges of each family into rods that bend least at the nodes.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    Strands
+        Every edge in exactly one.  Family by family; those along the latitudes in the order of
+        these, the others by their least edge.  A closed strand begins with its least
+        edge, an open one with the end that gives the lesser first dart.
+    """
+    follower = _followers(lattice)
+    n = len(follower)
+    if n == 0:
+        return Strands(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, bool))
+    dart = np.arange(n)
+    follows = follower != _NONE
+    before = np.full(n, _NONE, np.int64)
+    before[follower[follows]] = dart[follows]
+    links = csr_matrix((np.ones(int(follows.sum()), np.int8), (dart[follows], follower[follows])), shape=(n, n))
+    count, label = connected_components(links, directed=False)
+    chain = label.astype(np.int64)
+    least = np.full(count, n)
+    np.minimum.at(least, chain, dart)
+    # Each strand is found in both directions; the one that holds the lesser dart is kept.
+    kept = least[chain] < least[chain[dart ^ 1]]
+    is_open = np.zeros(count, bool)
+    start = least.copy()
+    heads = np.flatnonzero(kept & (before == _NONE))
+    is_open[chain[heads]] = True
+    start[chain[heads]] = heads
+    chains = np.unique(chain[kept])
+    family = lattice.edge_family[least[chains] // 2]
+    chains = chains[np.lexsort((least[chains], family))]
+    return _write(lattice, follower, before, chain, chains, start, is_open)
+
+
+def _write(
+    lattice: Lattice, follower: Ints, before: Ints, chain: Ints, chains: Ints, start: Ints, is_open: Bools
+) -> Strands:
+    """String the chains one behind the other, so that one walk in compiled code orders all darts."""
+    n = len(follower)
+    after = follower.copy()
+    first = start[chains]
+    last = np.full(len(is_open), _NONE, np.int64)
+    ends = np.flatnonzero(follower == _NONE)
+    last[chain[ends]] = ends
+    closed = ~is_open[chains]
+    last[chains[closed]] = before[first[closed]]
+    after[last[chains]] = np.append(first[1:], _NONE)
+    dart = np.flatnonzero(after != _NONE)
+    graph = csr_matrix((np.ones(len(dart), np.int8), (dart, after[dart])), shape=(n, n))
+    order = breadth_first_order(graph, int(first[0]), return_predecessors=False).astype(np.int64)
+    tails = lattice.edges.ravel()[order]
+    heads = lattice.edges.ravel()[order ^ 1]
+    size = np.bincount(chain[order], minlength=len(is_open))[chains]
+    # An open strand has one node more than it has edges.
+    offsets = offsets_of(size + is_open[chains])
+    nodes = np.empty(offsets[-1], np.int64)
+    inside = np.ones(len(nodes), bool)
+    inside[offsets[1:][~closed] - 1] = False
+    nodes[inside] = tails
+    nodes[~inside] = heads[np.cumsum(size)[~closed] - 1]
+    return Strands(offsets, nodes, lattice.edge_family[order[offsets_of(size)[:-1]] // 2], closed)
+
+
+def _followers(lattice: Lattice) -> Ints:
+    """The dart that follows each dart, -1 where the rod ends."""
+    tail = lattice.edges.ravel()  # of each dart
+    away = lattice.nodes[lattice.edges.ravel().reshape(-1, 2)[:, ::-1].ravel()] - lattice.nodes[tail]
+    away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
+    family = np.repeat(lattice.edge_family, 2)
+    one, other = _pairs_of_equals(tail * 3 + family)
+    bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
+    allowed = (bend <= MOST_BEND) | (family[one] == LATITUDINAL)
+    partner = _match(one[allowed], other[allowed], bend[allowed], len(tail))
+    # A dart arrives where its reverse leaves.
+    arrival = np.arange(len(tail)) ^ 1
+    follower: Ints = partner[arrival]
+    return follower
+
+
+def _pairs_of_equals(keys: Ints) -> tuple[Ints, Ints]:
+    """All pairs of positions with the same key, the lesser first."""
+    order = np.argsort(keys, kind="stable")
+    _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
+    rank = np.arange(len(keys)) - np.repeat(first, count)
+    behind = np.repeat(count, count) - 1 - rank
+    one = np.repeat(np.arange(len(keys)), behind)
+    other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(behind) - behind, behind)
+    return order[one], order[other]
+
+
+def _match(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
+    """Partner (n,) of each, cheapest pairs first: the greedy matching, found in rounds."""
+    partner = np.full(n, _NONE, np.int64)
+    order = np.lexsort((other, one, cost))
+    one, other = one[order], other[order]
+    while len(one):
+        rank = np.arange(len(one))
+        best = np.full(n, len(one))
+        np.minimum.at(best, one, rank)
+        np.minimum.at(best, other, rank)
+        both = (best[one] == rank) & (best[other] == rank)
+        partner[one[both]], partner[other[both]] = other[both], one[both]
+        free = (partner[one] == _NONE) & (partner[other] == _NONE)
+        one, other = one[free], other[free]
+    return partner
