@@ -9,3 +9,13 @@ LEVEL_FROM_VERTEX = 1e-4
 LEAST_CAP = 0.04
 """A child that encloses nothing deeper than this part of the spacing is dropped: keeping it
 would add a loop about a speck, dropping it leaves a gap of at most 1.04 spacings."""
+
+LEVEL_REACHED = 1e-9
+"""A vertex this part of the spacing below a level counts as on it, and so as beyond it."""
+
+CUT_FROM_VERTEX = 0.06
+"""The cut of a closed surface goes through a vertex where it comes nearer to it than this part of
+an edge, and crosses an edge no nearer to its ends: so it leaves no slivers."""
+
+LEAST_CUT_OFF = 0.02
+"""A closed surface that is cut by itself loses no piece smaller than this part of its area."""

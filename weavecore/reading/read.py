@@ -116,9 +116,7 @@ def read_raw(
     return read_mesh_file(path)
 
 
-def raw_from_document(
-    document: RhinoDocument, chosen: RhinoObject, *, edge_target: Optional[float] = None
-) -> RawMesh:
+def raw_from_document(document: RhinoDocument, chosen: RhinoObject, *, edge_target: Optional[float] = None) -> RawMesh:
     """The arrays of one object of a Rhino file."""
     return raw_from(
         chosen.geometry,
@@ -129,9 +127,7 @@ def raw_from_document(
     )
 
 
-def raw_from(
-    geometry: Any, *, unit: str, tolerance: float, name: str, edge_target: Optional[float] = None
-) -> RawMesh:
+def raw_from(geometry: Any, *, unit: str, tolerance: float, name: str, edge_target: Optional[float] = None) -> RawMesh:
     """The arrays of geometry that is in memory."""
     notes: tuple[str, ...] = ()
     if is_rhino_mesh(geometry):

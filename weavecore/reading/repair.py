@@ -17,13 +17,12 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.equal_rows import first_equal_point, first_equal_row
 from weavecore.model import SurfaceMesh
 from weavecore.reading.checking import check_resolution, checked_faces, checked_vertices
+from weavecore.reading.halving import Plane, cut_closed_parts
 from weavecore.reading.mates import fans_of_corners, find_mates
 from weavecore.reading.orientation import unify_orientation
 from weavecore.reading.quads import split_faces
 from weavecore.reading.raw import DOUBLE, RawMesh
 from weavecore.reading.slivers import find_caps, flip_caps, needle_welds, without_collapsed
-
-Plane = tuple[ArrayLike, ArrayLike]
 
 
 def surface_from_arrays(
@@ -67,7 +66,10 @@ def surface_from_arrays(
 
 
 def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None, is_cut: bool = True) -> SurfaceMesh:
-    """Make the `SurfaceMesh` of a `RawMesh`: see `surface_from_arrays`."""
+    """Make the `SurfaceMesh` of a `RawMesh`: see `surface_from_arrays`.
+
+    With ``is_cut`` False closed parts are left whole.
+    """
     points = checked_vertices(raw.vertices)
     polygons, ids = checked_faces(raw)
     said = list(raw.notes)
@@ -85,9 +87,10 @@ def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None, is_cut: bool = Tr
     turning = unify_orientation(points, faces, place, mates, ids)
     said += _turned(int(turning.odd.sum()), int(turning.inside_out.sum()))
     points, welded = _weld(points, faces, place, mates, said)
-    return SurfaceMesh(
+    surface = SurfaceMesh(
         points, turning.apply(welded), unit=raw.unit, tolerance=raw.tolerance, name=raw.name, mendings=tuple(said)
     )
+    return cut_closed_parts(surface, plane=cut_plane) if is_cut else surface
 
 
 def _drop_faces_without_area(

@@ -1,0 +1,189 @@
+"""Where a closed surface is cut in two, if nobody says (Yan et al. 2016, §4.1).
+
+Planes across the principal axes of the surface, and across the lines between them, are tried at several
+heights.  Taken is the one with the shortest cut for the area of its smaller side: short and balanced at once,
+as Cheeger's constant is.  A cut by a plane is smooth, may have several loops (a torus gives two), and turns
+with the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from weavecore.errors import Degenerate
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.model import SurfaceMesh
+from weavecore.reading.cutting import cut_along
+from weavecore.tolerances import LEAST_CUT_OFF
+
+Plane = tuple[ArrayLike, ArrayLike]
+
+_SHARES = 0.5 + 0.04 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5])
+"""Parts of the area below the planes that are tried, the balanced ones first."""
+
+_MOST_NESTED = 4
+_TOUCH = 1e-9
+
+_ALIKE = 0.01
+"""Cuts whose worth differs by less are alike, and the first is taken; so are axes with such moments."""
+
+
+def cut_closed_parts(surface: SurfaceMesh, *, plane: Optional[Plane] = None) -> SurfaceMesh:
+    """The surface with each closed part cut in two; itself where there is none.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    plane : (point, normal), optional
+        Cuts the closed parts that lie on both sides of it.
+
+    Raises
+    ------
+    Degenerate
+        Where a plane is given that has no normal, or meets none of the closed parts.
+    """
+    parts = _closed_parts(surface)
+    if not parts:
+        return surface
+    heights = None if plane is None else _heights(surface.vertices, plane)
+    level, n_met = np.ones(surface.n_vertices), 0
+    for faces in parts:
+        used, local = np.unique(faces, return_inverse=True)
+        if heights is not None and _is_met(heights[used], surface.size):
+            level[used] = heights[used]
+            n_met += 1
+        else:
+            level[used] = balanced_level(surface.vertices[used], local.reshape(-1, 3))
+    if heights is not None and n_met == 0:
+        raise Degenerate("The plane meets no closed part of the surface", remedy="Move it, or leave it away.")
+    cut = cut_along(surface.vertices, surface.faces, surface.twins, level)
+    said = (
+        f"Cut {len(parts)} closed part{'s' * (len(parts) > 1)} in two "
+        f"along {len(cut.loops)} loop{'s' * (len(cut.loops) > 1)}."
+    )
+    return replace(surface, vertices=cut.vertices, faces=cut.faces, cuts=cut.loops, mendings=(*surface.mendings, said))
+
+
+def balanced_level(points: Floats, faces: Ints) -> Floats:
+    """A function (V,) of the vertices of a closed connected mesh whose zero line is a short and balanced cut."""
+    points = (points - points.mean(0)) / np.ptp(points, axis=0).max()
+    corners = points[faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    axes = candidate_axes(corners.mean(1), area)
+    shifts, worth = zip(*(_try_planes(corners, area, corners @ axis) for axis in axes))
+    is_good = np.concatenate(worth) >= (1 - _ALIKE) * np.max(worth)
+    axis, share = divmod(int(np.argmax(is_good)), len(_SHARES))
+    return _without_specks(faces, area, points @ axes[axis] - shifts[axis][share])
+
+
+def candidate_axes(points: Floats, weight: Floats) -> Floats:
+    """Directions (9, 3) across which planes are tried: the principal axes, longest first, then their sums."""
+    offset = points - np.average(points, axis=0, weights=weight)
+    moment, axes = np.linalg.eigh((offset * weight[:, None]).T @ offset)
+    axes = _settled(moment[::-1], axes[:, ::-1].T)
+    sums = [axes[i] + sign * axes[j] for i, j in ((0, 1), (0, 2), (1, 2)) for sign in (1, -1)]
+    return np.concatenate([axes, np.array(sums) / np.sqrt(2)])
+
+
+def _settled(moment: Floats, axes: Floats) -> Floats:
+    """Principal axes (3, 3) made definite: what the moments leave open is chosen as near to z, x or y as can be."""
+    group = np.concatenate([[0], np.cumsum(moment[:-1] - moment[1:] > _ALIKE * moment[0])])
+    settled: list[Floats] = []
+    for g in range(int(group[-1]) + 1):
+        span = axes[group == g]
+        left = span.T @ span
+        for world in np.eye(3)[[2, 0, 1]]:
+            near = left @ world
+            length = float(np.linalg.norm(near))
+            if length > 0.5:
+                settled.append(near / length)
+                left = left - np.outer(settled[-1], settled[-1])
+    return np.array(settled)
+
+
+def _try_planes(corners: Floats, area: Floats, height: Floats) -> tuple[Floats, Floats]:
+    """Heights (S,) of planes that leave about the tried shares of the area below them, and their worth (S,).
+
+    ``height`` (F, 3) is that of the corners of the faces.
+    """
+    low, middle, high = np.sort(height, axis=1).T
+    order = np.argsort(low + middle + high, kind="stable")
+    below = np.cumsum(area[order]) - area[order] / 2
+    shifts = np.interp(_SHARES * area.sum(), below, height.mean(1)[order])
+    worth = np.empty(len(shifts))
+    for k, shift in enumerate(shifts):
+        met = np.flatnonzero((low < shift) & (high >= shift))
+        length = _cut_length(corners[met], height[met] - shift)
+        whole = float(area[high < shift].sum())
+        share = (whole + area[met] @ _part_below(low[met], middle[met], high[met], shift)) / area.sum()
+        worth[k] = min(share, 1 - share) / max(length, 1e-9)
+    return shifts, worth
+
+
+def _part_below(low: Floats, middle: Floats, high: Floats, shift: float) -> Floats:
+    """Which part of the area of triangles (F,) lies below a plane that meets them."""
+    tip = np.where(shift < middle, shift - low, high - shift)
+    side = np.where(shift < middle, middle - low, high - middle)
+    part = np.divide(tip * tip, side * (high - low), out=np.zeros_like(tip), where=side > 0)
+    below: Floats = np.where(shift < middle, part, 1 - part)
+    return below
+
+
+def _cut_length(p: Floats, a: Floats) -> float:
+    """Length of the line in which a plane meets triangles (F, 3, 3) whose corners have heights (F, 3) over it."""
+    q, b = np.roll(p, -1, axis=1), np.roll(a, -1, axis=1)
+    way = (a >= 0) * 1.0 - (b >= 0)
+    crossing = p + (q - p) * np.divide(a, a - b, out=np.zeros_like(a), where=a != b)[:, :, None]
+    return float(np.linalg.norm((crossing * way[:, :, None]).sum(1), axis=1).sum())
+
+
+def _without_specks(faces: Ints, area: Floats, level: Floats) -> Floats:
+    """The level with small regions given to the other side, so that no small loop is cut about them."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    tail, head = halfedge_ends(faces)
+    n, level = len(level), level.copy()
+    for turn in range(2 * _MOST_NESTED):
+        above = level >= 0
+        same = above[tail] == above[head]
+        links = coo_matrix((np.ones(int(same.sum()), bool), (tail[same], head[same])), shape=(n, n))
+        region = connected_components(links, directed=False)[1]
+        size = np.bincount(region[faces].ravel(), np.repeat(area / 3, 3))
+        specks = size < LEAST_CUT_OFF * area.sum()
+        if not specks.any():
+            break
+        turned = specks[region] & (above == (turn % 2 == 0))
+        level[turned] = -1.0 if turn % 2 == 0 else 1.0
+    return level
+
+
+def _closed_parts(surface: SurfaceMesh) -> list[Ints]:
+    """Faces (f, 3) of each connected part without a border."""
+    part = surface.component_of_face
+    is_open = np.zeros(int(part.max()) + 1, bool)
+    is_open[part[np.flatnonzero(surface.twins == NO_TWIN) // 3]] = True
+    order = np.argsort(part, kind="stable")
+    offsets = offsets_of(np.bincount(part))
+    return [surface.faces[order[offsets[k] : offsets[k + 1]]] for k in np.flatnonzero(~is_open)]
+
+
+def _heights(vertices: Floats, plane: Plane) -> Floats:
+    point, normal = (np.asarray(one, np.float64).reshape(-1) for one in plane)
+    if point.shape != (3,) or normal.shape != (3,) or not np.isfinite([point, normal]).all() or not normal.any():
+        raise Degenerate(
+            "The cutting plane is no point and direction", remedy="Give (point, normal), three numbers each."
+        )
+    normal = normal / np.abs(normal).max()
+    heights: Floats = (vertices - point) @ (normal / np.linalg.norm(normal))
+    return heights
+
+
+def _is_met(heights: Floats, size: float) -> bool:
+    """Whether there is something on both sides of the plane, which may lie in a flat face."""
+    return bool(heights.min() < -_TOUCH * size and heights.max() > _TOUCH * size)
