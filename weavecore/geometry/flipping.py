@@ -61,9 +61,10 @@ class TriangleFan:
         start = None
         for right in sorted(self._neighbours[a]):
             left = self._facing.get((a, right))
-            if left is not None and self._side(a, b, right) < -_FLAT and self._side(a, b, left) > _FLAT:
-                if self._side(right, left, b) < 0:  # b lies beyond the side that faces a
-                    start = (right, left)
+            if left is None or self._side(a, b, right) > -_FLAT or self._side(a, b, left) < _FLAT:
+                continue
+            if self._side(right, left, b) < 0:  # b lies beyond the side that faces a
+                start = (right, left)
         if start is None:
             return None
         crossed = []

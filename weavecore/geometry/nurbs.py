@@ -54,7 +54,9 @@ class SurfaceJet:
     dvv: Floats | None = None
 
 
-def basis_functions(knots: Floats, degree: int, n_points: int, t: Floats, n_derivatives: int = 0) -> tuple[Ints, Floats]:
+def basis_functions(
+    knots: Floats, degree: int, n_points: int, t: Floats, n_derivatives: int = 0
+) -> tuple[Ints, Floats]:
     """Values and derivatives of the basis functions that are not zero at ``t``.
 
     Parameters

@@ -103,7 +103,8 @@ def _apart(h: Ints, twins: Ints, gain: Floats, n_faces: int) -> Ints:
     best = np.full(n_faces, len(h), np.int64)
     np.minimum.at(best, h // 3, rank)
     np.minimum.at(best, twins[h] // 3, rank)
-    return h[(best[h // 3] == rank) & (best[twins[h] // 3] == rank)]
+    apart: Ints = h[(best[h // 3] == rank) & (best[twins[h] // 3] == rank)]
+    return apart
 
 
 def wanted_shift(faces: Ints, points: Floats, sizes: Floats) -> Floats:

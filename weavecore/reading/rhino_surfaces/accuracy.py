@@ -9,6 +9,7 @@ from weavecore.geometry.nurbs import surface_jet, surface_points
 from weavecore.reading.rhino_surfaces.patches import Patches
 from weavecore.reading.rhino_surfaces.shape import NO_EDGE
 
+
 def chord_error(patches: Patches) -> float:
     """The greatest distance between triangles and surface, measured in their middles and those of their edges.
 
@@ -39,7 +40,7 @@ def _at_singular(patches: Patches) -> Bools:
     for face in patches.surfaces:
         for trim in (t for loop in face.loops for t in loop if t.edge == NO_EDGE):
             singular[trim.vertices[0]] = True
-    at: Bools = singular[patches.names[patches.faces]].any(1)
+    at: Bools = np.any(singular[patches.names[patches.faces]], axis=1)
     return at
 
 

@@ -19,14 +19,20 @@ from weavecore.reading.rhino_surfaces.borders import (
 from weavecore.reading.rhino_surfaces.filling import FacePatch, fill_face
 from weavecore.reading.rhino_surfaces.grids import FaceGrid, face_grid
 from weavecore.reading.rhino_surfaces.meshed import MeshedObject
-from weavecore.reading.rhino_surfaces.patches import join_patches, relaxed, welded
+from weavecore.reading.rhino_surfaces.patches import join_patches
 from weavecore.reading.rhino_surfaces.paths import EdgePath, divide_path, edge_path, least_segments
 from weavecore.reading.rhino_surfaces.shape import NO_EDGE, BrepShape
+from weavecore.reading.rhino_surfaces.shaping import relaxed
 from weavecore.reading.rhino_surfaces.sizing import graded_sizes, size_limits
+from weavecore.reading.rhino_surfaces.welding import welded
 
 Progress = Callable[[float, str], None]
 _MOST_BISECTIONS = 10
 _MOST_GAP = 10.0
+
+
+def _quiet(_share: float, _label: str) -> None:
+    """Tell nobody."""
 
 
 def mesh_brep(
@@ -38,7 +44,7 @@ def mesh_brep(
     progress: Progress | None = None,
 ) -> MeshedObject:
     """Mesh all faces of a Brep; see `mesh_object`."""
-    tell = progress or (lambda share, label: None)
+    tell = progress or _quiet
     paths = [edge_path(curve) for curve in shape.edges]
     grids = []
     for i, face in enumerate(shape.faces):
@@ -51,12 +57,12 @@ def mesh_brep(
     lengths = [divide_path(*row) for row in zip(paths, along, least)]
     vertices = number_vertices(shape, paths, lengths)
     patches, vertices = _fill_all(shape, paths, grids, sizes, vertices, tell)
-    joined = relaxed(join_patches(shape.faces, grids, sizes, patches, vertices), tell)
+    joined = relaxed(join_patches(shape.faces, grids, sizes, patches, vertices), limits.chord, tell)
     meshed = welded(joined)
-    gap, face = border_gap(joined)
+    gap, where = border_gap(joined)
     notes = []
     if gap > max(_MOST_GAP * (tolerance or 0.0), limits.chord):
-        notes.append(f"Face {face} lies up to {gap:.3g} from the edges that bound it.")
+        notes.append(f"Face {where} lies up to {gap:.3g} from the edges that bound it.")
     return MeshedObject(*meshed, loops_of_edges(shape), chord_error(joined), tuple(notes))
 
 
@@ -87,7 +93,7 @@ def _fill_all(
         vertices = number_vertices(shape, paths, bisect_segments(vertices, origin))
         touched = set(origin[:, 0].tolist())
         stale = {i for i, face in enumerate(shape.faces) if any(t.edge in touched for loop in face.loops for t in loop)}
-        renumbered = {i for i in range(len(shape.faces))} - stale
+        renumbered = set(range(len(shape.faces))) - stale
         for i in renumbered:
             border = face_border(shape.faces[i], vertices)
             old = patches[i]

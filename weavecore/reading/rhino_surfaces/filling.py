@@ -51,9 +51,9 @@ def _seeds(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder) -
         return uv
     points = surface_points(face.surface, uv)
     wanted = lookup(grid, sizes, uv)
-    free = ~_near_border(face, grid, border, uv, points, wanted)
+    free = ~_near_border(face, border, points, wanted)
     uv, points, wanted = uv[free], points[free], wanted[free]
-    return uv[_spread(grid, uv, points, wanted)]
+    return uv[_spread(points, wanted)]
 
 
 def _rows(grid: FaceGrid, sizes: Floats) -> Floats:
@@ -67,7 +67,7 @@ def _rows(grid: FaceGrid, sizes: Floats) -> Floats:
     density = across[way][0]
     axis, other = (grid.u, grid.v) if way == 0 else (grid.v, grid.u)
     count = np.concatenate([[0.0], np.cumsum(np.diff(axis) * (density[1:] + density[:-1]) / 2)])
-    n_rows = max(int(round(count[-1])), 2)
+    n_rows = max(round(float(count[-1])), 2)
     rows = np.interp(np.arange(1, n_rows) * count[-1] / n_rows, count, axis)
     along = grid.speeds[..., 1 - way] / sizes
     along = along if way == 0 else along.T
@@ -77,7 +77,7 @@ def _rows(grid: FaceGrid, sizes: Floats) -> Floats:
         t = (at - axis[i]) / (axis[i + 1] - axis[i])
         speed = along[i] * (1 - t) + along[i + 1] * t
         total = np.concatenate([[0.0], np.cumsum(np.diff(other) * (speed[1:] + speed[:-1]) / 2)])
-        n = max(int(round(total[-1])), 1)
+        n = max(round(float(total[-1])), 1)
         shares = np.arange(1, n) / n if k % 2 else (np.arange(n) + 0.5) / n
         places = np.interp(shares * total[-1], total, other)
         pair = (np.full(n - k % 2, at), places)
@@ -93,9 +93,7 @@ def _row_density(grid: FaceGrid, sizes: Floats, way: int) -> tuple[Floats, float
     return np.maximum(most, 1e-300), float(most.sum() / max(float(mean.sum()), 1e-300))
 
 
-def _near_border(
-    face: FaceShape, grid: FaceGrid, border: FaceBorder, uv: Floats, points: Floats, wanted: Floats
-) -> Bools:
+def _near_border(face: FaceShape, border: FaceBorder, points: Floats, wanted: Floats) -> Bools:
     """Which points are too near to the border: to its vertices, or to the middles of its segments."""
     tail, head = border.uv[border.segments[:, 0]], border.uv[border.segments[:, 1]]
     fine = np.concatenate([tail, tail * 0.75 + head * 0.25, (tail + head) / 2, tail * 0.25 + head * 0.75])
@@ -104,19 +102,19 @@ def _near_border(
     return near
 
 
-def _spread(grid: FaceGrid, uv: Floats, points: Floats, wanted: Floats) -> Bools:
+def _spread(points: Floats, wanted: Floats) -> Bools:
     """A largest set of points no two of which are too near to each other, found in rounds.
 
     In each round the points that come first among their rivals stay, and their rivals go.
     """
-    n = len(uv)
+    n = len(points)
     kept = np.ones(n, bool)
     if n < 2:
         return kept
     k = min(_NEAREST, n)
     distance, near = cKDTree(points).query(points, k=k)
-    a, b = np.repeat(np.arange(n), k), near.ravel()
-    close = (distance.ravel() < _FROM_EACH_OTHER * (wanted[a] + wanted[b]) / 2) & (a != b)
+    a, b = np.repeat(np.arange(n), k), np.ravel(near)
+    close = (np.ravel(distance) < _FROM_EACH_OTHER * (wanted[a] + wanted[b]) / 2) & (a != b)
     a, b = a[close], b[close]
     a, b = np.concatenate([a, b]), np.concatenate([b, a])
     rank = np.argsort(np.argsort((np.arange(n) * 0.6180339887498949) % 1.0, kind="stable"), kind="stable")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.nurbs import greatest_curvature, surface_jet
 from weavecore.geometry.planar import inside_polygons
 from weavecore.reading.rhino_surfaces.shape import FaceShape
@@ -123,6 +123,6 @@ def lookup(grid: FaceGrid, values: Floats, uv: Floats) -> Floats:
     return between
 
 
-def _cell(axis: Floats, at: Floats) -> tuple[Floats, Floats]:
-    index = np.clip(np.searchsorted(axis, at, side="right") - 1, 0, len(axis) - 2)
+def _cell(axis: Floats, at: Floats) -> tuple[Ints, Floats]:
+    index: Ints = np.clip(np.searchsorted(axis, at, side="right") - 1, 0, len(axis) - 2)
     return index, np.clip((at - axis[index]) / (axis[index + 1] - axis[index]), 0.0, 1.0)

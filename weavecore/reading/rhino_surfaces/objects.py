@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,11 +22,11 @@ MESHED_KINDS = ("Brep", "Extrusion", "Surface", "SubD")
 def mesh_object(
     geometry: Any,
     *,
-    edge_target: Optional[float] = None,
-    chord: Optional[float] = None,
-    tolerance: Optional[float] = None,
-    transform: Optional[ArrayLike] = None,
-    progress: Optional[Callable[[float, str], None]] = None,
+    edge_target: float | None = None,
+    chord: float | None = None,
+    tolerance: float | None = None,
+    transform: ArrayLike | None = None,
+    progress: Callable[[float, str], None] | None = None,
 ) -> MeshedObject:
     """Mesh a surface of a Rhino file, without Rhino.
 
@@ -79,7 +79,7 @@ def as_brep(geometry: Any) -> Any:
     """
     import rhino3dm
 
-    brep = None
+    brep: Any = None
     if isinstance(geometry, rhino3dm.Brep):
         brep = geometry
     elif isinstance(geometry, rhino3dm.Extrusion):
@@ -96,7 +96,7 @@ def as_brep(geometry: Any) -> Any:
     return brep
 
 
-def _checked_transform(transform: Optional[ArrayLike]) -> Optional[Floats]:
+def _checked_transform(transform: ArrayLike | None) -> Floats | None:
     if transform is None:
         return None
     moved = np.asarray(transform, np.float64).reshape(4, 4)

@@ -70,6 +70,6 @@ def divide_path(path: EdgePath, sizes: Floats, least: int) -> Floats:
     stops = np.concatenate([[0], path.kinks, [len(count) - 1]])
     pieces = []
     for i, j in zip(stops[:-1].tolist(), stops[1:].tolist()):
-        n = max(int(round(float(count[j] - count[i]))), -(-least // (len(stops) - 1)), 1)
+        n = max(round(float(count[j] - count[i])), -(-least // (len(stops) - 1)), 1)
         pieces.append(np.interp(np.linspace(count[i], count[j], n + 1)[:-1], count, path.lengths))
     return np.append(np.concatenate(pieces), path.length)

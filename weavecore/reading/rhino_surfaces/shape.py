@@ -27,6 +27,7 @@ from weavecore.reading.rhino_surfaces.archive import (
 NO_EDGE = -1
 _POINTS_PER_SPAN = 16
 _LEAST_POINTS = 33
+_MOST_POINTS = 1_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +119,7 @@ def nurbs_surface(surface: Any, transform: Floats | None = None) -> NurbsSurface
 
 
 def _padded(knots: Any) -> Floats:
-    """openNURBS leaves out the first and the last knot, which no point depends on."""
+    """Restore the end knots: openNURBS leaves out the first and the last knot, which no point depends on."""
     inner = np.asarray(knots, np.float64)
     return np.concatenate([inner[:1], inner, inner[-1:]])
 
@@ -133,6 +134,14 @@ def _moved(points: Floats, transform: Floats | None) -> Floats:
     return points if transform is None else points @ transform.T
 
 
+def decode(data: dict[str, Any]) -> Any:
+    """The rhino3dm object of its bytes, or None."""
+    import rhino3dm
+
+    kind: Any = rhino3dm.CommonObject
+    return kind.Decode(data)
+
+
 class _PlaneCurves:
     """The 2D curves of an archive, decoded when first asked for."""
 
@@ -140,35 +149,33 @@ class _PlaneCurves:
         self._bytes = archive.curves
         self._decoded: dict[int, Any] = {}
 
-    def polyline(self, trim: TrimRecord) -> Floats:
-        """Fine points (M, 2) along a trim, in its own direction."""
+    def polyline(self, trim: TrimRecord, least: int) -> Floats:
+        """At least so many fine points (M, 2) along a trim, in its own direction."""
         curve = self._native(trim.curve)
         low, high = trim.domain
         start, end = curve.Domain.T0, curve.Domain.T1
         if abs(low - start) + abs(high - end) > 1e-9 * (end - start):
             curve = curve.Trim(low, high)
         form = nurbs_curve(curve)
-        uv = curve_points(form, fine_parameters(form))[:, :2]
+        uv = curve_points(form, fine_parameters(form, least))[:, :2]
         return uv[::-1].copy() if trim.reversed_curve else uv
 
     def _native(self, index: int) -> Any:
-        from rhino3dm import CommonObject
-
         if index not in self._decoded:
             data = self._bytes[index] if index >= 0 else None
-            curve = CommonObject.Decode(data) if data is not None else None
+            curve = decode(data) if data is not None else None
             if curve is None:
                 raise Unreadable("A trim of a Brep has no 2D curve", remedy="Rebuild its edges in Rhino.")
             self._decoded[index] = curve
         return self._decoded[index]
 
 
-def fine_parameters(curve: NurbsCurve) -> Floats:
-    """Parameters close together along a curve, its knots among them."""
+def fine_parameters(curve: NurbsCurve, least: int = _LEAST_POINTS) -> Floats:
+    """Parameters close together along a curve, its knots among them; at least so many."""
     spans = np.unique(curve.knots[curve.degree : len(curve.points) + 1])
     if len(spans) < 2:
         return np.repeat(spans, 2)
-    per_span = max(_POINTS_PER_SPAN if curve.degree > 1 else 2, -(-_LEAST_POINTS // (len(spans) - 1)))
+    per_span = max(_POINTS_PER_SPAN if curve.degree > 1 else 2, -(-least // (len(spans) - 1)))
     steps = np.linspace(0.0, 1.0, per_span, endpoint=False)
     inner = spans[:-1, None] + np.diff(spans)[:, None] * steps
     return np.append(inner.ravel(), spans[-1])
@@ -179,11 +186,13 @@ def _face_shape(face: Any, index: int, archive: BrepArchive, curves: _PlaneCurve
     native = face.UnderlyingSurface()
     surface = nurbs_surface(native)
     same = _same_parameters(native, surface)
+    # A straight trim may run over many spans of its surface.
+    least = min(_LEAST_POINTS + _POINTS_PER_SPAN * sum(surface.points.shape[:2]), _MOST_POINTS)
     loops = []
     for loop in (archive.loops[i] for i in record.loops):
         if loop.kind not in (OUTER_LOOP, INNER_LOOP, SLIT_LOOP) or not loop.trims:
             continue
-        loops.append(tuple(_trim_curve(archive.trims[t], curves, native, same) for t in loop.trims))
+        loops.append(tuple(_trim_curve(archive.trims[t], curves, native, same, least) for t in loop.trims))
     if not loops:
         raise Unreadable("A face of a Brep has no loop", remedy="Repair the object in Rhino.", ids=[index], kind="face")
     final = NurbsSurface(surface.degrees, surface.knots, _moved(surface.points, moved))
@@ -191,8 +200,8 @@ def _face_shape(face: Any, index: int, archive: BrepArchive, curves: _PlaneCurve
     return FaceShape(final, record.reversed != bool(turned), tuple(loops))
 
 
-def _trim_curve(trim: TrimRecord, curves: _PlaneCurves, native: Any, same: bool) -> TrimCurve:
-    uv = curves.polyline(trim)
+def _trim_curve(trim: TrimRecord, curves: _PlaneCurves, native: Any, same: bool, least: int) -> TrimCurve:
+    uv = curves.polyline(trim, least)
     if not same:
         uv = _to_nurbs_parameters(native, uv)
     edge = NO_EDGE if trim.kind == SINGULAR else trim.edge

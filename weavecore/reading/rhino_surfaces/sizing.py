@@ -109,15 +109,19 @@ def _graded(points: Floats, wanted: Floats, links: Ints) -> Floats:
     near = np.asarray(near).reshape(n, -1)[:, 1:]
     pairs = np.concatenate([links, np.column_stack([np.repeat(np.arange(n), near.shape[1]), near.ravel()])])
     apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
-    pairs = np.unique(np.column_stack([pairs.min(1), pairs.max(1)]), axis=0, return_index=True)
-    keep = pairs[1]
-    low, high = pairs[0].T
-    weights = np.concatenate([_GRADING * apart[keep], wanted])
+    (low, high), first = _without_doubles(pairs, n)
+    weights = np.concatenate([_GRADING * apart[first], wanted])
     rows = np.concatenate([low, np.full(n, n)])
     columns = np.concatenate([high, np.arange(n)])
     graph = csr_matrix((np.maximum(weights, 1e-300), (rows, columns)), shape=(n + 1, n + 1))
-    reached: Floats = dijkstra(graph, directed=False, indices=n)[:n]
+    reached: Floats = dijkstra(graph, directed=False, indices=[n])[0, :n]
     return reached
+
+
+def _without_doubles(pairs: Ints, n: int) -> tuple[tuple[Ints, Ints], Ints]:
+    """Least and greatest of each pair, every pair once, and the row where it was first."""
+    key, first = np.unique(pairs.min(1) * np.int64(n) + pairs.max(1), return_index=True)
+    return (key // n, key % n), first
 
 
 def _check_work(grids: Sequence[FaceGrid], sizes: Sequence[Floats]) -> None:

@@ -60,7 +60,8 @@ def mesh_subd(
 
 def _limit_quads(subd: Any, moved: Floats) -> tuple[Floats, Ints]:
     """Limit points (V, 3) and faces (Q, 4): after one refinement all faces have four corners."""
-    index, points = {}, []
+    index: dict[int, int] = {}
+    points: list[tuple[float, float, float]] = []
     for vertex in subd.Vertices:
         index[vertex.Id] = len(points)
         limit = vertex.SurfacePoint
