@@ -14,8 +14,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Ints, offsets_of
+from weavecore.geometry.arrays import Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import halfedge_ends, next_halfedge, previous_halfedge
+from weavecore.tolerances import LEVEL_REACHED
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,11 @@ class Loops:
 
     order: Ints
     offsets: Ints
+
+
+def count_levels(distance: Floats, spacing: float) -> Ints:
+    """Number of levels at or below each distance."""
+    return np.floor(distance / spacing + LEVEL_REACHED).astype(np.int64)
 
 
 def count_crossings(faces: Ints, band: Ints) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.offsetting.contours import Crossings
+from weavecore.offsetting.persistence import Regions
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEVEL_FROM_VERTEX
 
@@ -20,22 +21,20 @@ KINK = 0.25
 _STEPS = 4
 
 
-def place_crossings(sheet: Sheet, crossings: Crossings, band: Ints, *, spacing: float) -> Floats:
+def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spacing: float) -> Floats:
     """(N,) where each crossing lies on its halfedge: 0 at its deep end, 1 at its shallow end.
 
     Positions on one edge keep the order of their levels, apart from each other and from the ends.
     """
     deep, shallow = crossings.deep, crossings.shallow
-    # A node that was levelled lies in another band than its distance says.
-    is_moved = band != np.floor(sheet.distance / spacing)
-    low = np.where(is_moved, np.minimum(sheet.distance, spacing * (band + 1)), sheet.distance)[shallow]
-    high = np.where(is_moved, np.maximum(sheet.distance, spacing * band), sheet.distance)[deep]
+    low, high = regions.distance[shallow], regions.distance[deep]
     rise = np.maximum(high - low, np.finfo(float).tiny)
     height = np.clip((spacing * crossings.level - low) / rise, 0.0, 1.0)
     along = sheet.points[deep] - sheet.points[shallow]
     start, is_start = slope_along(sheet.gradient[shallow], along)
     end, is_end = slope_along(sheet.gradient[deep], along)
-    stays = ~(is_moved[deep] | is_moved[shallow])
+    is_kept = regions.distance == sheet.distance
+    stays = is_kept[deep] & is_kept[shallow]
     is_start, is_end = is_start & stays, is_end & stays
     start, end = start / rise, end / rise
     start, end = np.where(is_start, start, 2.0 - end), np.where(is_end, end, 2.0 - start)
@@ -44,7 +43,7 @@ def place_crossings(sheet: Sheet, crossings: Crossings, band: Ints, *, spacing: 
     length = np.sqrt(np.einsum("ij,ij->i", along, along))
     is_kink = (start - end) * rise > KINK * length
     part = np.where(is_kink & is_start & is_end, _meet(height, start, end), _cubic(height, start, end))
-    return 1.0 - _kept_apart(part, crossings, band)
+    return 1.0 - _kept_apart(part, regions.band, crossings)
 
 
 def slope_along(gradient: Floats, along: Floats) -> tuple[Floats, Bools]:
@@ -74,7 +73,7 @@ def _meet(height: Floats, start: Floats, end: Floats) -> Floats:
     return np.maximum(from_start, from_end)
 
 
-def _kept_apart(part: Floats, crossings: Crossings, band: Ints) -> Floats:
+def _kept_apart(part: Floats, band: Ints, crossings: Crossings) -> Floats:
     """Positions held off the ends of the edge and, in their order, off each other."""
     below = crossings.level - band[crossings.shallow]
     above = band[crossings.deep] + 1 - crossings.level

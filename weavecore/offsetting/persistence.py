@@ -16,6 +16,8 @@ from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.offsetting.contours import count_levels
+from weavecore.offsetting.necks import cut_necks
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEAST_CAP
 
@@ -31,11 +33,14 @@ class Regions:
     label : (n,) int64
         Region of each node.
     count : int
+    distance : (n,) float64
+        The distance with necks, pits and caps levelled.
     """
 
     band: Ints
     label: Ints
     count: int
+    distance: Floats
 
 
 def group_nodes(sheet: Sheet, *, spacing: float) -> Regions:
@@ -44,15 +49,18 @@ def group_nodes(sheet: Sheet, *, spacing: float) -> Regions:
     Every region that is left has a lower neighbour or holds a border, so that each polyline
     has a parent; each that has no higher neighbour rises `LEAST_CAP` spacings above its level.
     """
-    height = sheet.distance / spacing
-    band = np.floor(height).astype(np.int64)
+    distance = cut_necks(sheet, spacing=spacing)
+    band = count_levels(distance, spacing)
     tail, head = halfedge_ends(sheet.faces)
     falls = band[tail] != band[head]
     level_edge = ~falls & ((tail < head) | (sheet.twins == NO_TWIN))
     count, label = _components(tail[level_edge], head[level_edge], sheet.n_nodes)
     graph = _RegionGraph(band, label, count, tail[falls], head[falls])
-    region_band, merged = graph.level(height, sheet.on_border())
-    return Regions(region_band[label], merged[label], int(merged.max()) + 1)
+    region_band, merged = graph.level(distance / spacing, sheet.on_border())
+    settled = region_band[label]
+    moved = settled != band
+    distance[moved] = np.clip(distance, settled * spacing, (settled + 1) * spacing)[moved]
+    return Regions(settled, merged[label], int(merged.max()) + 1, distance)
 
 
 class _RegionGraph:

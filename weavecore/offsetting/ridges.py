@@ -13,10 +13,11 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, halfedge_ends
+from weavecore.offsetting.contours import count_levels
 from weavecore.offsetting.edge_profile import KINK, slope_along
 from weavecore.offsetting.sheet import Sheet
 
-_LEAST_SHARE = 0.01
+_LEAST_SHARE = 0.1
 """A peak nearer to an end than this part of the edge is as well told by that end."""
 
 
@@ -49,6 +50,7 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet
         face_of=part_of,
         edge_of=np.concatenate([sheet.edge_of, np.c_[a, b]]),
         share=np.concatenate([sheet.share, share]),
+        steepness=np.concatenate([sheet.steepness, 0.5 * np.linalg.norm(sheet.gradient[a] + sheet.gradient[b], axis=1)]),
     )
 
 
@@ -75,7 +77,7 @@ def _find_peaks(sheet: Sheet, edge_lengths: Floats, spacing: float) -> tuple[Int
 
 def _level_at(distance: Floats, spacing: float) -> Floats:
     """The highest level at or below each distance."""
-    level: Floats = spacing * np.floor(distance / spacing)
+    level: Floats = spacing * count_levels(distance, spacing)
     return level
 
 

@@ -38,6 +38,8 @@ class Sheet:
         The two nodes of ``whole_faces`` between which each node lies; twice itself at a vertex.
     share : (n,) float64
         Where between these two it lies: 0 to 1.
+    steepness : (n,) float64
+        How steeply the distance rises along the ridge at a node that was put on one; 1 elsewhere.
     origins : tuple of int arrays
         Vertex loops of the surface where distances start: its borders, then its cuts.
     side_polyline, side_node, side_is_left : (s,)
@@ -54,6 +56,7 @@ class Sheet:
     face_of: Ints
     edge_of: Ints
     share: Floats
+    steepness: Floats
     origins: tuple[Ints, ...]
     side_polyline: Ints
     side_node: Ints
@@ -107,6 +110,7 @@ def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
         face_of=np.arange(surface.n_faces),
         edge_of=np.repeat(np.arange(len(vertex))[:, None], 2, axis=1),
         share=np.zeros(len(vertex)),
+        steepness=np.ones(len(vertex)),
         origins=surface.borders + surface.cuts,
         side_polyline=np.concatenate([np.arange(n_borders + n_cuts), n_borders + np.arange(n_cuts)]),
         side_node=np.concatenate([[b[0] for b in surface.borders], faces.ravel()[left], faces.ravel()[right]]).astype(

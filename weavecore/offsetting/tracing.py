@@ -44,7 +44,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
         raise _too_large(spacing, float(field.distance.max()))
     refuse_too_many_points(count_crossings(sheet.faces, regions.band), spacing)
     crossings = find_crossings(sheet.faces, sheet.twins, regions.band)
-    part = place_crossings(sheet, crossings, regions.band, spacing=spacing)
+    part = place_crossings(sheet, regions, crossings, spacing=spacing)
     loops = chain_loops(crossings)
     bands = find_bands(sheet, regions, crossings, loops, spacing=spacing)
     generation = np.concatenate([np.zeros(sheet.n_origins, np.int64), crossings.level[loops.order[loops.offsets[:-1]]]])

@@ -1,0 +1,187 @@
+"""Faces laid flat: the frames in which straight lines run over a mesh.
+
+The *frame* of halfedge ``h`` is the plane of its face: origin at the halfedge's tail, x along
+it, y into the face.  A line that leaves the face by another edge goes on straight in the frame
+of that edge's twin: the straightest geodesic of Polthier and Schmies (1998).
+
+A *wall* is a halfedge that no line crosses: the border, and the cuts of a closed surface.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
+
+_INSIDE_EDGE = 1e-9  # lines cross an edge no nearer to its ends than this part of it
+_MOST_FACES_WALKED = 200
+
+
+class Unfolding:
+    """The frames of all halfedges of a mesh, as arrays (3F,) in halfedge order.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+    twins : (3F,) int64
+        -1 at walls.
+
+    Attributes
+    ----------
+    length : length of each halfedge
+    apex, apex_x, apex_y : the opposite corner: its vertex, and its place in the frame
+    next_x, next_y, previous_x, previous_y : unit directions of the face's other halfedges in the frame
+    angle : angle of the face at the halfedge's tail
+    total_angle : (V,) sum of the angles at each vertex
+    on_wall : (V,) whether a vertex lies on a wall
+    mean_length : (V,) mean length of the edges at each vertex
+    """
+
+    def __init__(self, vertices: Floats, faces: Ints, twins: Ints) -> None:
+        n = len(vertices)
+        self.vertices, self.faces, self.twin = vertices, faces, twins
+        self.tail, self.head = halfedge_ends(faces)
+        self.apex = faces[:, [2, 0, 1]].ravel()
+        every = np.arange(3 * len(faces))
+        self.next, self.previous = next_halfedge(every), previous_halfedge(every)
+        edge = vertices[self.head] - vertices[self.tail]
+        self.length = np.maximum(np.sqrt(np.einsum("ij,ij->i", edge, edge)), np.finfo(float).tiny)
+        self._lay_flat(edge)
+        self.angle = np.arctan2(self.apex_y, self.apex_x)
+        self.total_angle = np.bincount(self.tail, self.angle, n)
+        self.on_wall = np.zeros(n, bool)
+        wall = twins == NO_TWIN
+        self.on_wall[self.tail[wall]] = self.on_wall[self.head[wall]] = True
+        total = np.bincount(self.tail, self.length, n) + np.bincount(self.head, self.length, n)
+        count = np.bincount(self.tail, minlength=n) + np.bincount(self.head, minlength=n)
+        self.mean_length = total / np.maximum(count, 1)
+
+    def _lay_flat(self, edge: Floats) -> None:
+        by_face = self.length.reshape(-1, 3)
+        after, before = by_face[:, [1, 2, 0]].ravel(), by_face[:, [2, 0, 1]].ravel()
+        cross = np.cross(edge[0::3], edge[1::3])
+        double_area = np.sqrt(np.einsum("ij,ij->i", cross, cross))
+        self.apex_x = (self.length**2 + before**2 - after**2) / (2 * self.length)
+        self.apex_y = np.repeat(double_area, 3) / self.length
+        self.next_x, self.next_y = (self.apex_x - self.length) / after, self.apex_y / after
+        self.previous_x, self.previous_y = -self.apex_x / before, -self.apex_y / before
+        self.axis_x = edge / self.length[:, None]
+        normal = cross / np.maximum(double_area, np.finfo(float).tiny)[:, None]
+        self.axis_y = np.cross(np.repeat(normal, 3, axis=0), self.axis_x)
+
+    def points(self, halfedge: Ints, along: Floats) -> Floats:
+        """Points (n, 3) at a length along halfedges."""
+        points: Floats = self.vertices[self.tail[halfedge]] + along[:, None] * self.axis_x[halfedge]
+        return points
+
+    def directions(self, halfedge: Ints, x: Floats, y: Floats) -> Floats:
+        """Vectors (n, 3) of frame directions."""
+        vectors: Floats = x[:, None] * self.axis_x[halfedge] + y[:, None] * self.axis_y[halfedge]
+        return vectors
+
+    def across(self, halfedge: Ints, along: Floats, x: Floats, y: Floats) -> tuple[Ints, Floats, Floats, Floats]:
+        """The same point and direction on an edge in the frame of its twin (-1 at walls)."""
+        return self.twin[halfedge], self.length[halfedge] - along, -x, -y
+
+
+def _leave(
+    frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats
+) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """Where a line from inside a face leaves it: halfedge of that face, length, place along it, direction in its frame."""
+    length = frames.length[halfedge]
+    nx, ny = frames.next_x[halfedge], frames.next_y[halfedge]
+    qx, qy = frames.previous_x[halfedge], frames.previous_y[halfedge]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.stack(
+            [
+                np.where(uy < 0, -py / uy, np.inf),
+                np.where(ux * ny > uy * nx, ((length - px) * ny + py * nx) / (ux * ny - uy * nx), np.inf),
+                np.where(ux * qy > uy * qx, (py * qx - px * qy) / (ux * qy - uy * qx), np.inf),
+            ]
+        )
+    reach = np.maximum(reach, 0)
+    which = np.argmin(reach, axis=0)
+    far = reach[which, np.arange(len(which))]
+    choices = (which == 0, which == 1)
+    edge = np.select(choices, (halfedge, frames.next[halfedge]), frames.previous[halfedge])
+    cx, cy = np.select(choices, (1.0, nx), qx), np.select(choices, (0.0, ny), qy)
+    ox = np.select(choices, (0.0, length), frames.apex_x[halfedge])
+    oy = np.where(which == 2, frames.apex_y[halfedge], 0.0)
+    along = (px + far * ux - ox) * cx + (py + far * uy - oy) * cy
+    size = frames.length[edge]
+    along = np.clip(along, _INSIDE_EDGE * size, (1 - _INSIDE_EDGE) * size)
+    return edge, far, along, ux * cx + uy * cy, uy * cx - ux * cy
+
+
+def walk_straight(
+    frames: Unfolding, halfedge: Ints, px: Floats, ux: Floats, uy: Floats, far: Floats
+) -> tuple[Ints, Floats, Floats, Floats, Floats, Bools]:
+    """Walk straight over the mesh from points on edges.
+
+    Parameters
+    ----------
+    halfedge : (n,) int64
+    px : (n,) float64
+        Place along the halfedge.
+    ux, uy : (n,) float64
+        Unit direction in its frame; with ``uy < 0`` the walk goes into the face of the twin.
+    far : (n,) float64
+        How far to walk.
+
+    Returns
+    -------
+    halfedge, px, py, ux, uy : (n,)
+        Frame, place and direction of the end.
+    arrived : (n,) bool
+        False where a wall was in the way.
+    """
+    at, x, y, dx, dy = halfedge.copy(), px.copy(), np.zeros(len(px)), ux.copy(), uy.copy()
+    back = np.flatnonzero(uy < 0)
+    twin, x[back], dx[back], dy[back] = frames.across(at[back], x[back], dx[back], dy[back])
+    arrived = np.ones(len(at), bool)
+    arrived[back] = twin != NO_TWIN
+    at[back] = np.maximum(twin, 0)
+    left = far.copy()
+    active = np.flatnonzero(arrived)
+    for _ in range(_MOST_FACES_WALKED):
+        if len(active) == 0:
+            break
+        edge, reach, along, ex, ey = _leave(frames, at[active], x[active], y[active], dx[active], dy[active])
+        ends = reach >= left[active]
+        stop, m = active[ends], left[active][ends]
+        x[stop] += m * dx[stop]
+        y[stop] += m * dy[stop]
+        twin, tx, ex, ey = frames.across(edge, along, ex, ey)
+        arrived[active[~ends & (twin == NO_TWIN)]] = False
+        onward = ~ends & (twin != NO_TWIN)
+        left[active] -= reach
+        active = active[onward]
+        at[active], x[active], y[active] = twin[onward], tx[onward], 0.0
+        dx[active], dy[active] = ex[onward], ey[onward]
+    arrived[active] = False
+    return at, x, y, dx, dy, arrived
+
+
+def back_to_edge(
+    frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats
+) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """Move a line that passes a point inside a face back to the edge by which it entered.
+
+    Returns
+    -------
+    halfedge, along, ux, uy : (n,)
+        Entry edge of the same face, place on it, direction in its frame.
+    back : (n,) float64
+        How far the line was moved back.
+    """
+    edge, far, along, ex, ey = _leave(frames, halfedge, px, py, -ux, -uy)
+    return edge, along, -ex, -ey, far
+
+
+def barycentric_at(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats) -> Floats:
+    """Weights (n, 3) of tail, head and apex at a place in the frame."""
+    apex = py / np.maximum(frames.apex_y[halfedge], np.finfo(float).tiny)
+    head = (px - apex * frames.apex_x[halfedge]) / frames.length[halfedge]
+    return np.stack([1 - head - apex, head, apex], axis=1)

@@ -1,0 +1,63 @@
+"""A sensible spacing where none is asked for."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from weavecore.geometry.arrays import Floats
+from weavecore.geometry.halfedges import halfedge_ends
+from weavecore.model import SurfaceMesh
+
+N_GENERATIONS = 15
+"""How many generations the deepest part of a surface gets: enough to read its shape, few enough to build."""
+
+FEWEST_GENERATIONS = 5
+"""A mesh too coarse for that gets a wider spacing, but never so wide that fewer than these fit."""
+
+EDGES_PER_SPACING = 3.0
+"""A spacing of fewer mean edges than this would show the facets of the mesh rather than its shape."""
+
+_FRIENDLY = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
+
+
+def suggest_spacing(surface: SurfaceMesh) -> float:
+    """A spacing that fills the surface with some fifteen generations, as a round number.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    float
+        In the model's unit.
+    """
+    depth = _depth_along_edges(surface)
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).mean() / 2
+    mean_edge = math.sqrt(area * 4 / math.sqrt(3))
+    spacing = max(depth / N_GENERATIONS, min(EDGES_PER_SPACING * mean_edge, depth / FEWEST_GENERATIONS))
+    return round_friendly(spacing)
+
+
+def round_friendly(length: float) -> float:
+    """The number nearest in proportion among 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and their decimal multiples."""
+    exponent = math.floor(math.log10(length))
+    mantissa = length / 10.0**exponent
+    nearest = _FRIENDLY[np.argmin(np.abs(np.log(_FRIENDLY / mantissa)))]
+    return float(f"{nearest:g}e{exponent}")
+
+
+def _depth_along_edges(surface: SurfaceMesh) -> float:
+    """Distance of the farthest vertex from the borders and cuts, along edges: some percent too long, and cheap."""
+    tail, head = halfedge_ends(surface.faces)
+    n = surface.n_vertices
+    graph = coo_matrix((surface.edge_lengths, (tail, head)), shape=(n, n)).tocsr()
+    # Where two halfedges share an edge the sum of both would be stored; each runs its own way, so none do.
+    sources = np.concatenate([*surface.borders, *surface.cuts])
+    distance: Floats = dijkstra(graph, directed=False, indices=sources, min_only=True)
+    return float(distance[np.isfinite(distance)].max())
