@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 import numpy as np
 
@@ -13,10 +14,13 @@ from weavecore.files import PathLike
 from weavecore.model import SurfaceMesh
 from weavecore.reading.choosing import choose_object
 from weavecore.reading.mesh_files import MESH_READERS, read_mesh_file
-from weavecore.reading.raw import RawMesh
-from weavecore.reading.repair import Plane, repair
+from weavecore.reading.raw import Plane, RawMesh
+from weavecore.reading.repair import repair
 from weavecore.reading.rhino_file import RhinoDocument, RhinoObject, open_document
 from weavecore.reading.rhino_meshes import is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
+from weavecore.reading.rhino_surfaces import mesh_object
+
+Progress = Callable[[float, str], None]
 
 RHINO = ".3dm"
 ENDINGS = (RHINO, *MESH_READERS)
@@ -29,6 +33,7 @@ def read_surface(
     object: Optional[str] = None,  # noqa: A002
     cut_plane: Optional[Plane] = None,
     edge_target: Optional[float] = None,
+    progress: Optional[Progress] = None,
 ) -> SurfaceMesh:
     """Read the surface that a file holds.
 
@@ -42,6 +47,8 @@ def read_surface(
         Closed parts that this plane meets are cut in two by it; others by themselves.
     edge_target : float, optional
         Length of an edge where the surface is no mesh yet, in the file's unit.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
 
     Returns
     -------
@@ -57,7 +64,7 @@ def read_surface(
     UnitUnknown
         Where a Rhino file says no unit.
     """
-    raw = read_raw(path, layer=layer, object=object, edge_target=edge_target)
+    raw = read_raw(path, layer=layer, object=object, edge_target=edge_target, progress=progress)
     if raw.unit == "None" and is_rhino(path):
         warnings.warn(UnitUnknown(f"{path} says no unit; lengths are taken as they are"), stacklevel=2)
     return repair(raw, cut_plane=cut_plane)
@@ -71,6 +78,7 @@ def surface_from(
     name: str = "",
     cut_plane: Optional[Plane] = None,
     edge_target: Optional[float] = None,
+    progress: Optional[Progress] = None,
 ) -> SurfaceMesh:
     """Make the surface of geometry that is in memory.
 
@@ -81,7 +89,7 @@ def surface_from(
         or what has ``vertices`` and ``faces``, as a trimesh.Trimesh.
     unit, tolerance, name
         As in `SurfaceMesh`.
-    cut_plane, edge_target
+    cut_plane, edge_target, progress
         As in `read_surface`.
 
     Raises
@@ -89,8 +97,8 @@ def surface_from(
     Unsupported
         Where it is none of these; else as `read_surface`.
     """
-    raw = raw_from(geometry, unit=unit, tolerance=tolerance, name=name, edge_target=edge_target)
-    return repair(raw, cut_plane=cut_plane)
+    raw = raw_from(geometry, edge_target=edge_target, tolerance=tolerance, progress=progress)
+    return repair(replace(raw, unit=unit, tolerance=tolerance, name=name), cut_plane=cut_plane)
 
 
 def read_raw(
@@ -99,6 +107,7 @@ def read_raw(
     layer: Optional[str] = None,
     object: Optional[str] = None,  # noqa: A002
     edge_target: Optional[float] = None,
+    progress: Optional[Progress] = None,
 ) -> RawMesh:
     """Read a file as plain arrays, with nothing checked or mended that the format does not ask for.
 
@@ -106,7 +115,8 @@ def read_raw(
     """
     if is_rhino(path):
         document = open_document(path)
-        return raw_from_document(document, choose_object(document, layer=layer, object=object), edge_target=edge_target)
+        chosen = choose_object(document, layer=layer, object=object)
+        return raw_from_document(document, chosen, edge_target=edge_target, progress=progress)
     check_ending(path)
     if layer is not None or object is not None:
         raise NoSurface(
@@ -116,36 +126,46 @@ def read_raw(
     return read_mesh_file(path)
 
 
-def raw_from_document(document: RhinoDocument, chosen: RhinoObject, *, edge_target: Optional[float] = None) -> RawMesh:
+def raw_from_document(
+    document: RhinoDocument,
+    chosen: RhinoObject,
+    *,
+    edge_target: Optional[float] = None,
+    progress: Optional[Progress] = None,
+) -> RawMesh:
     """The arrays of one object of a Rhino file."""
-    return raw_from(
-        chosen.geometry,
-        unit=document.unit,
-        tolerance=document.tolerance,
-        name=chosen.name or Path(document.file_name).stem,
-        edge_target=edge_target,
-    )
+    name = chosen.name or Path(document.file_name).stem
+    raw = raw_from(chosen.geometry, edge_target=edge_target, tolerance=document.tolerance, progress=progress)
+    return replace(raw, unit=document.unit, tolerance=document.tolerance, name=name)
 
 
-def raw_from(geometry: Any, *, unit: str, tolerance: float, name: str, edge_target: Optional[float] = None) -> RawMesh:
-    """The arrays of geometry that is in memory."""
-    notes: tuple[str, ...] = ()
+def raw_from(
+    geometry: Any,
+    *,
+    edge_target: Optional[float] = None,
+    tolerance: float = 0.0,
+    progress: Optional[Progress] = None,
+) -> RawMesh:
+    """The arrays of geometry that is in memory.
+
+    Raises
+    ------
+    Unsupported
+        Where it is none of the kinds that `surface_from` names.
+    """
     if is_rhino_mesh(geometry):
-        vertices, faces = rhino_vertices(geometry), rhino_faces(geometry)
-    elif is_array_mesh(geometry):
-        vertices, faces = np.asarray(geometry.vertices), np.asarray(geometry.faces)
-    elif isinstance(geometry, (tuple, list)) and len(geometry) == 2:
-        vertices, faces = np.asarray(geometry[0]), np.asarray(geometry[1])
-    elif hasattr(geometry, "ObjectType"):
-        from weavecore.reading.rhino_surfaces import mesh_object
-
-        vertices, faces, notes = mesh_object(geometry, edge_target=edge_target, tolerance=tolerance or None)
-    else:
-        raise Unsupported(
-            f"Geometry of the kind {type(geometry).__name__}",
-            remedy="Give a mesh, a surface of rhino3dm, or a pair (vertices, faces).",
-        )
-    return RawMesh(vertices, faces, unit=unit, tolerance=tolerance, name=name, notes=tuple(notes))
+        return RawMesh(rhino_vertices(geometry), rhino_faces(geometry))
+    if is_array_mesh(geometry):
+        return RawMesh(np.asarray(geometry.vertices), np.asarray(geometry.faces))
+    if isinstance(geometry, (tuple, list)) and len(geometry) == 2:
+        return RawMesh(np.asarray(geometry[0]), np.asarray(geometry[1]))
+    if type(geometry).__module__.split(".")[0].lstrip("_") == "rhino3dm":
+        meshed = mesh_object(geometry, edge_target=edge_target, tolerance=tolerance or None, progress=progress)
+        return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=meshed.loops_expected)
+    raise Unsupported(
+        f"Geometry of the kind {type(geometry).__name__}",
+        remedy="Give a mesh, a surface of rhino3dm, or a pair (vertices, faces).",
+    )
 
 
 def is_rhino(path: PathLike) -> bool:
