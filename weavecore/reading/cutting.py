@@ -95,7 +95,7 @@ def _branches(faces: Ints, twins: Ints, side: Ints, level: Floats) -> Bools:
     into_face = side[head] * side[opposite] < 0
     along_edge = (side[head] == 0) & (side[opposite] * side[opposite[twins]] < 0)
     pieces = np.bincount(tail[(side[tail] == 0) & (into_face | along_edge)], minlength=len(side))
-    wrong = (pieces != 0) & (pieces != 2)
+    wrong: Bools = (pieces != 0) & (pieces != 2)
     flat = faces[(side[faces] == 0).all(1)]
     wrong[flat[np.arange(len(flat)), np.abs(level[flat]).argmax(1)]] = True
     return wrong

@@ -12,20 +12,19 @@ from dataclasses import replace
 from typing import Optional
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from weavecore.errors import Degenerate
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.model import SurfaceMesh
 from weavecore.reading.cutting import cut_along
+from weavecore.reading.raw import Plane
 from weavecore.tolerances import LEAST_CUT_OFF
-
-Plane = tuple[ArrayLike, ArrayLike]
 
 _SHARES = 0.5 + 0.04 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5])
 """Parts of the area below the planes that are tried, the balanced ones first."""
 
+_ROWS = 256
 _MOST_NESTED = 4
 _TOUCH = 1e-9
 
@@ -75,7 +74,7 @@ def balanced_level(points: Floats, faces: Ints) -> Floats:
     corners = points[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     axes = candidate_axes(corners.mean(1), area)
-    shifts, worth = zip(*(_try_planes(corners, area, corners @ axis) for axis in axes))
+    shifts, worth = zip(*(_try_planes(points, faces, area, points @ axis) for axis in axes))
     is_good = np.concatenate(worth) >= (1 - _ALIKE) * np.max(worth)
     axis, share = divmod(int(np.argmax(is_good)), len(_SHARES))
     return _without_specks(faces, area, points @ axes[axis] - shifts[axis][share])
@@ -106,23 +105,30 @@ def _settled(moment: Floats, axes: Floats) -> Floats:
     return np.array(settled)
 
 
-def _try_planes(corners: Floats, area: Floats, height: Floats) -> tuple[Floats, Floats]:
-    """Heights (S,) of planes that leave about the tried shares of the area below them, and their worth (S,).
-
-    ``height`` (F, 3) is that of the corners of the faces.
-    """
-    low, middle, high = np.sort(height, axis=1).T
-    order = np.argsort(low + middle + high, kind="stable")
-    below = np.cumsum(area[order]) - area[order] / 2
-    shifts = np.interp(_SHARES * area.sum(), below, height.mean(1)[order])
+def _try_planes(points: Floats, faces: Ints, area: Floats, height: Floats) -> tuple[Floats, Floats]:
+    """Planes (S,) at heights that leave about the tried shares of the area below them, and their worth (S,)."""
+    a, b, c = (height[faces[:, k]] for k in range(3))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    middle = a + b + c - low - high
+    shifts = _heights_with_share_below(area, (a + b + c) / 3)
     worth = np.empty(len(shifts))
     for k, shift in enumerate(shifts):
         met = np.flatnonzero((low < shift) & (high >= shift))
-        length = _cut_length(corners[met], height[met] - shift)
-        whole = float(area[high < shift].sum())
-        share = (whole + area[met] @ _part_below(low[met], middle[met], high[met], shift)) / area.sum()
-        worth[k] = min(share, 1 - share) / max(length, 1e-9)
+        length = _cut_length(points[faces[met]], height[faces[met]] - shift)
+        share = area @ (high < shift) + area[met] @ _part_below(low[met], middle[met], high[met], shift)
+        worth[k] = min(share, area.sum() - share) / max(length, 1e-9)
     return shifts, worth
+
+
+def _heights_with_share_below(area: Floats, height: Floats) -> Floats:
+    """About the heights (S,) below which the tried shares of the area lie; good to a part of the extent."""
+    low, extent = height.min(), np.ptp(height)
+    row = ((height - low) * (_ROWS / max(extent, 1e-300))).astype(np.int64)
+    held = np.bincount(row, area)
+    at = np.bincount(row, area * height)[held > 0] / held[held > 0]
+    below = (np.cumsum(held) - held / 2)[held > 0]
+    heights: Floats = np.interp(_SHARES * area.sum(), below, at)
+    return heights
 
 
 def _part_below(low: Floats, middle: Floats, high: Floats, shift: float) -> Floats:

@@ -6,6 +6,7 @@ A *property* of an element is one number, or a list with its length before it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -245,7 +246,7 @@ class _BinaryBody:
 
     def _row_type(self, element: _Element, lengths: dict[int, int]) -> np.dtype[np.void]:
         """One element as a row: property k is ``p{k}``, the length of its list ``n{k}``."""
-        fields: list[tuple[str, str] | tuple[str, str, int]] = []
+        fields: list[Any] = []
         for k, p in enumerate(element.properties):
             if p.length_kind:
                 fields.append((f"n{k}", self._order + p.length_kind))

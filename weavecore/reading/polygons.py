@@ -102,8 +102,8 @@ def _holds_other(ear: Floats, loops: Floats) -> Bools:
     """Whether the ear (P, n) holds another corner of its loop."""
     to = loops[:, None, :, None] - ear[:, :, None]
     side = (np.roll(ear, -1, axis=2) - ear)[:, :, None]
-    inside = (_cross(np.broadcast_to(side, to.shape), to) > 0).all(3)
-    holds: Bools = inside.any(2)
+    inside: Bools = np.all(_cross(np.broadcast_to(side, to.shape), to) > 0, axis=3)
+    holds: Bools = np.any(inside, axis=2)
     return holds
 
 

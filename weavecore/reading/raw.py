@@ -10,9 +10,12 @@ from dataclasses import dataclass
 from typing import Any, Optional
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from weavecore.geometry.arrays import Ints
+
+Plane = tuple[ArrayLike, ArrayLike]
+"""A point and a normal."""
 
 DOUBLE = float(np.finfo(np.float64).eps)
 SINGLE = float(np.finfo(np.float32).eps)
@@ -35,6 +38,8 @@ class RawMesh:
         What was done to get here, one sentence each.
     epsilon : float
         Relative precision of the numbers that the coordinates were kept in.
+    n_borders_expected : int, optional
+        How many borders the object that was meshed says that it has.
     """
 
     vertices: NDArray[Any]
@@ -45,3 +50,4 @@ class RawMesh:
     name: str = ""
     notes: tuple[str, ...] = ()
     epsilon: float = DOUBLE
+    n_borders_expected: Optional[int] = None

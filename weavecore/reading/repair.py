@@ -7,6 +7,7 @@ turned to one side, unused vertices dropped.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Optional
 
 import numpy as np
@@ -17,11 +18,11 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.equal_rows import first_equal_point, first_equal_row
 from weavecore.model import SurfaceMesh
 from weavecore.reading.checking import check_resolution, checked_faces, checked_vertices
-from weavecore.reading.halving import Plane, cut_closed_parts
+from weavecore.reading.halving import cut_closed_parts
 from weavecore.reading.mates import fans_of_corners, find_mates
 from weavecore.reading.orientation import unify_orientation
 from weavecore.reading.quads import split_faces
-from weavecore.reading.raw import DOUBLE, RawMesh
+from weavecore.reading.raw import DOUBLE, Plane, RawMesh
 from weavecore.reading.slivers import find_caps, flip_caps, needle_welds, without_collapsed
 
 
@@ -87,9 +88,13 @@ def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None, is_cut: bool = Tr
     turning = unify_orientation(points, faces, place, mates, ids)
     said += _turned(int(turning.odd.sum()), int(turning.inside_out.sum()))
     points, welded = _weld(points, faces, place, mates, said)
+    n_expected = raw.n_borders_expected
     surface = SurfaceMesh(
         points, turning.apply(welded), unit=raw.unit, tolerance=raw.tolerance, name=raw.name, mendings=tuple(said)
     )
+    if n_expected not in (None, len(surface.borders)):
+        told = f"The object says that it has {n_expected} borders, and its mesh has {len(surface.borders)}."
+        surface = replace(surface, mendings=(*surface.mendings, told))
     return cut_closed_parts(surface, plane=cut_plane) if is_cut else surface
 
 
@@ -128,11 +133,12 @@ def _first_of_each(faces: Ints) -> Bools:
 
 def _lies_on_others(faces: Ints, place: Ints) -> Bools:
     """Faces (F,) of parts, joined by their indices, of which each face repeats one of an earlier part."""
-    first = first_equal_row(np.sort(place[faces], axis=1).astype(np.uint64))
-    if (first == np.arange(len(faces))).all():
+    if (place == np.arange(len(place))).all():
         return np.zeros(len(faces), bool)
+    is_new = _first_of_each(place[faces])
+    if is_new.all():
+        return ~is_new
     part = _parts_by_index(faces, len(place))
-    is_new = first == np.arange(len(faces))
     has_new = np.zeros(int(part.max()) + 1, bool)
     has_new[part[is_new]] = True
     lies: Bools = ~has_new[part]

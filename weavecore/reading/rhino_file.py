@@ -9,11 +9,12 @@ from typing import Any
 from weavecore.errors import Unreadable, Unsupported
 from weavecore.files import PathLike
 from weavecore.reading.mesh_files import check_file
+from weavecore.reading.rhino_surfaces import MESHED_KINDS
 
 _SIGNATURE = b"3D Geometry File Format "
 _VERSIONS = range(2, 9)
 
-SURFACE_KINDS = ("Mesh", "Brep", "Extrusion", "Surface", "SubD")
+SURFACE_KINDS = ("Mesh", *MESHED_KINDS)
 """Rhino's names for the kinds of object that a surface can be made of."""
 
 
@@ -90,7 +91,7 @@ def open_document(path: PathLike) -> RhinoDocument:
     import rhino3dm
 
     version = check_header(path)
-    source = rhino3dm.File3dm.Read(str(path))
+    source: Any = rhino3dm.File3dm.Read(str(path))
     if source is None:
         raise Unreadable(f"{path} is damaged", remedy="Open it in Rhino, repair it there and save it again.")
     layers, aside = _layers(source)
