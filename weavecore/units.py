@@ -66,7 +66,7 @@ class Length:
     unit: str = ""
 
     def __str__(self) -> str:
-        return f"{self.value:g}{short_name(self.unit)}"
+        return with_unit(self.value, self.unit, digits=12)
 
     def in_unit(self, unit: str) -> float:
         """The value in the unit of a file.
@@ -106,6 +106,7 @@ def parse_length(text: str) -> Length:
     return Length(number, SUFFIXES.get(suffix, ""))
 
 
-def short_name(unit: str) -> str:
-    """The suffix of a unit, or its name in small letters, or "" where there is none."""
-    return _SHORT.get(unit, "" if unit in ("", NO_UNIT) else f" {unit.lower()}")
+def with_unit(length: float, unit: str, *, digits: int = 5) -> str:
+    """A length for a person to read, with the suffix of its unit, or the unit's name where it has no suffix."""
+    name = "" if unit in ("", NO_UNIT) else _SHORT.get(unit, unit.lower())
+    return f"{length:,.{digits}g} {name}".rstrip()

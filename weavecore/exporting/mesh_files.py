@@ -9,6 +9,7 @@ import numpy as np
 
 from weavecore.exporting.polygons import Polygons, coordinate_lines, polygons_of
 from weavecore.exporting.product import Product
+from weavecore.geometry.polygons import fan_triangles
 
 
 def encode_obj(product: Product) -> bytes:
@@ -46,7 +47,7 @@ def encode_ply(product: Product) -> bytes:
 def encode_stl(product: Product) -> bytes:
     """Binary STL: triangles with their normals, single precision, no unit."""
     mesh: Polygons = polygons_of(product, ".stl")
-    corners = mesh.points[mesh.triangles()]
+    corners = mesh.points[fan_triangles(mesh.offsets, mesh.corners)[0]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     record = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -36,27 +36,6 @@ class Polygons:
         ends = self.offsets.tolist()
         return [separator.join(texts[start:end]) for start, end in zip(ends, ends[1:])]
 
-    def triangles(self) -> Ints:
-        """(T, 3) every face as a fan about its first corner."""
-        return self._fans(np.diff(self.offsets) - 2)[:, :3]
-
-    def quads(self) -> Ints:
-        """(Q, 4) quads, triangles with their last corner repeated, larger faces as fans; in the order of the faces."""
-        sides = np.diff(self.offsets)
-        return self._fans(np.where(sides == 4, 1, sides - 2))
-
-    def _fans(self, n_parts: Ints) -> Ints:
-        """Cut each face into that many triangles about its first corner; where that falls one short, into a quad."""
-        n_parts = np.maximum(n_parts, 0)
-        face = np.repeat(np.arange(self.n_faces), n_parts)
-        step = np.arange(len(face)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
-        start, last = self.offsets[:-1][face], self.offsets[1:][face] - 1
-        is_quad = last - start - n_parts[face] == 2
-        second = start + step + 1
-        index = np.stack([start, second, second + 1, second + 1 + is_quad], axis=1)
-        fans: Ints = self.corners[index]
-        return fans
-
 
 def polygons_of(product: Product, ending: str) -> Polygons:
     """The faces to write: the lattice's where there is one, otherwise the surface's.

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Optional, Union
+from typing import Any, Optional, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from weavecore.geometry.arrays import Floats, next_in_loop, rows_of
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh
@@ -60,5 +61,5 @@ def strand_lengths(strands: Strands, lattice: Lattice) -> Floats:
     steps = np.linalg.norm(lattice.nodes[strands.nodes[after]] - lattice.nodes[strands.nodes], axis=1)
     is_last_of_open = ~strands.closed & (np.diff(strands.offsets) > 0)
     steps[strands.offsets[1:][is_last_of_open] - 1] = 0.0
-    lengths: Floats = np.bincount(rows_of(strands.offsets), steps, minlength=len(strands))
+    lengths: NDArray[Any] = np.bincount(rows_of(strands.offsets), steps, minlength=len(strands))
     return lengths

@@ -15,6 +15,7 @@ from weavecore.errors import NotWritten
 from weavecore.exporting.polygons import Polygons
 from weavecore.exporting.rhino_history import with_fixed_dates
 from weavecore.geometry.arrays import Floats
+from weavecore.geometry.polygons import fan_quads
 
 VERSION = 7
 """The archive version that is written: Rhino 7 and later read it."""
@@ -81,7 +82,7 @@ class Document:
         mesh = self._rhino.Mesh()
         # AddPoint3d keeps double precision, which Add does not.
         list(map(mesh.Vertices.AddPoint3d, *polygons.points.T.tolist()))
-        list(map(mesh.Faces.AddFace, *polygons.quads().T.tolist()))
+        list(map(mesh.Faces.AddFace, *fan_quads(polygons.offsets, polygons.corners)[0].T.tolist()))
         mesh.Normals.ComputeNormals()
         self._expect(self._file.Objects.AddMesh, mesh, layer, name, texts)
 

@@ -44,6 +44,11 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
     return round_friendly(spacing)
 
 
+def spacing_for_edges(edge_length: float) -> float:
+    """The spacing at which edges of that length make equilateral triangles: the height of one."""
+    return edge_length * math.sqrt(3) / 2
+
+
 def round_friendly(length: float) -> float:
     """The number nearest in proportion among 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and their decimal multiples."""
     exponent = math.floor(math.log10(length))

@@ -1,0 +1,80 @@
+"""weavecore turns a freeform surface into a structure woven from rods.
+
+>>> import weavecore as wc
+>>> surface = wc.read_surface("shell.3dm", layer="Shell")
+>>> latitudes = wc.offset(surface, spacing=120.0)
+>>> lattice = wc.link(latitudes)
+>>> wc.export(lattice, "woven.3dm")
+
+Each verb takes the value of the one before and gives a new one that does not change.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from weavecore.errors import UnitUnknown, WeaveError
+    from weavecore.model import Bands, Latitudes, Lattice, Polylines, Strands, SurfaceMesh
+    from weavecore.pipeline import (
+        draw_picture,
+        export,
+        inspect_file,
+        link,
+        offset,
+        read_surface,
+        suggest_spacing,
+        surface_from,
+        validate,
+    )
+
+    __version__: str
+
+__all__ = [
+    "Bands",
+    "Latitudes",
+    "Lattice",
+    "Polylines",
+    "Strands",
+    "SurfaceMesh",
+    "UnitUnknown",
+    "WeaveError",
+    "__version__",
+    "draw_picture",
+    "export",
+    "inspect_file",
+    "link",
+    "offset",
+    "read_surface",
+    "suggest_spacing",
+    "surface_from",
+    "validate",
+]
+
+_HOMES = {
+    "weavecore.errors": ("UnitUnknown", "WeaveError"),
+    "weavecore.model": ("Bands", "Lattice", "Latitudes", "Polylines", "Strands", "SurfaceMesh"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for when it is asked for: the command must answer ``--help`` before SciPy has loaded."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "__version__":
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            return version("weavecore")
+        except PackageNotFoundError:  # Used from its source, never installed.
+            return "0+unknown"
+    from importlib import import_module
+
+    home = next((module for module, names in _HOMES.items() if name in names), "weavecore.pipeline")
+    value = getattr(import_module(home), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,335 @@
+"""The command ``weavecore``.
+
+Exit status: 0 done, 1 refused (one line on the error stream), 2 wrong usage, 130 stopped by the user.
+What is costly to import is imported where it is used: ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Callable, NoReturn, Optional
+
+import typer
+
+from weavecore.errors import UnitUnknown, WeaveError
+from weavecore.units import NO_UNIT, Length, parse_length, with_unit
+
+if TYPE_CHECKING:
+    from weavecore.model import SurfaceMesh
+    from weavecore.reading import ObjectReport
+
+Progress = Callable[[float, str], None]
+Lines = list[tuple[str, str]]
+
+app = typer.Typer(
+    name="weavecore",
+    help="Turn a freeform surface into a structure woven from rods.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+REFUSED, STOPPED = 1, 130
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
+    """Run the command with these arguments, by default those of the process, and exit with its status."""
+    try:
+        with _one_line_errors():
+            app(arguments, prog_name="weavecore")
+    finally:
+        # A reader that has gone away, as head does, is no error; without this Python would complain at its end.
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+# ------------------------------------------------------------------------------------- what is typed
+
+
+def _length(text: str) -> Length:
+    try:
+        return parse_length(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+def _plane(text: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 6 or not all(abs(x) < float("inf") for x in numbers) or not any(numbers[3:]):
+        raise typer.BadParameter(f"{text!r} is no plane; give x,y,z,nx,ny,nz: a point and a normal that is not 0")
+    return numbers
+
+
+def _ends_with(ending: str) -> Callable[[Optional[Path]], Optional[Path]]:
+    def check(path: Optional[Path]) -> Optional[Path]:
+        if path is not None and path.suffix.lower() != ending:
+            raise typer.BadParameter(f"{path} must end with {ending}")
+        return path
+
+    return check
+
+
+def _known_pattern(name: str) -> str:
+    from weavecore.linking.patterns import PATTERNS
+
+    if name not in PATTERNS:
+        raise typer.BadParameter(f"{name!r} is not one of {', '.join(PATTERNS)}")
+    return name
+
+
+def _known_method(name: str) -> str:
+    from weavecore.pipeline import METHODS
+
+    if name not in METHODS:
+        raise typer.BadParameter(f"{name!r} is not one of {', '.join(METHODS)}")
+    return name
+
+
+Input = Annotated[Path, typer.Argument(metavar="INPUT", help="A .3dm, .obj, .ply, .stl or .off file.")]
+LayerName = Annotated[Optional[str], typer.Option("--layer", metavar="NAME", help="Layer of the surface.")]
+ObjectName = Annotated[Optional[str], typer.Option("--object", metavar="NAME", help="Name or id of the surface.")]
+CutPlane = Annotated[
+    Optional[Any],
+    typer.Option(
+        parser=_plane, metavar="X,Y,Z,NX,NY,NZ", help="Plane that cuts a closed surface in two: a point and a normal."
+    ),
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing unless something is wrong.")]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        import weavecore
+
+        typer.echo(f"weavecore {weavecore.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _weavecore(
+    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Tell it.")] = False,
+) -> None: ...
+
+
+# ------------------------------------------------------------------------------------- the commands
+
+
+@app.command()
+def weave(
+    input_file: Input,
+    out: Annotated[
+        Optional[Path], typer.Option("-o", "--out", metavar="OUT", help="Woven result, .3dm or another ending.")
+    ] = None,
+    json: Annotated[
+        Optional[Path], typer.Option(metavar="OUT.json", callback=_ends_with(".json"), help="All of it as JSON.")
+    ] = None,
+    picture: Annotated[
+        Optional[Path], typer.Option(metavar="OUT.png", callback=_ends_with(".png"), help="A picture of it.")
+    ] = None,
+    spacing: Annotated[
+        Optional[Any],
+        typer.Option(
+            parser=_length, metavar="LENGTH", help="Distance between rings: 120, 120mm, 4.7in…; chosen if not given."
+        ),
+    ] = None,
+    edge: Annotated[
+        Optional[Any],
+        typer.Option(parser=_length, metavar="LENGTH", help="Length of an edge; by default 2/√3 of the spacing."),
+    ] = None,
+    pattern: Annotated[
+        str, typer.Option(metavar="NAME", callback=_known_pattern, help="triangular or quad.")
+    ] = "triangular",
+    layer: LayerName = None,
+    object_name: ObjectName = None,
+    method: Annotated[str, typer.Option(metavar="NAME", callback=_known_method, help="levels.")] = "levels",
+    cut_plane: CutPlane = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+) -> None:
+    """Weave a surface: rings parallel to its borders, and rods that bind them.
+
+    Lengths are in the file's own unit, or in the one that is written after them.
+    """
+    targets = [path for path in (out, json, picture) if path is not None]
+    with _progress(quiet=quiet) as tell:
+        from weavecore import pipeline
+
+        pipeline.check_outputs(targets, overwrite=overwrite)
+        tell(0.0, "reading")
+        surface = _read(input_file, layer, object_name, cut_plane)
+        chosen, distance = _spacing(surface, spacing, edge)
+        latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=_part(tell, 0.1, 0.5))
+        edge_length = edge.in_unit(surface.unit) if edge else None
+        lattice = pipeline.link(latitudes, edge_length=edge_length, pattern=pattern, progress=_part(tell, 0.5, 0.85))
+        options = {"input": input_file.name, "layer": layer, "object": object_name, "method": method}
+        options["cut_plane"] = cut_plane
+        parameters = {key: option for key, option in options.items() if option is not None}
+        pipeline.export_together(
+            lattice, targets, overwrite=overwrite, parameters=parameters, progress=_part(tell, 0.85, 1.0)
+        )
+        lines = pipeline.describe(lattice)
+    if not quiet:
+        notes = {"spacing": " (chosen; set it with --spacing)"} if chosen else {}
+        _print_lines([(label, text + notes.get(label, "")) for label, text in lines] + _written(targets))
+
+
+@app.command()
+def info(input_file: Input) -> None:
+    """Tell what a file holds, and of each object whether it can be woven, or why not."""
+    from weavecore.pipeline import inspect_file
+
+    report = inspect_file(input_file)
+    version = f", version {report.version}" if report.version else ""
+    unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"
+    typer.echo(f"{input_file.name}: {report.format}{version}, {unit}")
+    if report.layers:
+        typer.echo(f"layers: {', '.join(report.layers)}")
+    if report.objects:
+        _print_objects(report.objects, report.unit)
+    if report.others:
+        typer.echo("no surfaces: " + ", ".join(f"{count} {kind}" for kind, count in report.others))
+
+
+@app.command()
+def mesh(
+    input_file: Input,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="OUT", help="A .3dm, .obj, .ply, .off, .stl or .json.")],
+    layer: LayerName = None,
+    object_name: ObjectName = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write the triangle mesh that weave would use."""
+    with _progress(quiet=quiet) as tell:
+        from weavecore import pipeline
+
+        pipeline.check_outputs([out], overwrite=overwrite)
+        tell(0.0, "reading")
+        surface = _read(input_file, layer, object_name, None)
+        pipeline.export_together(
+            surface, [out], overwrite=overwrite, parameters={"input": input_file.name}, progress=_part(tell, 0.5, 1.0)
+        )
+        lines = pipeline.describe(surface)
+    if not quiet:
+        _print_lines(lines + _written([out]))
+
+
+# ------------------------------------------------------------------------------------- how it is done
+
+
+def _read(path: Path, layer: Optional[str], name: Optional[str], plane: Optional[tuple[float, ...]]) -> SurfaceMesh:
+    """Read the surface, and tell its warnings in one line each."""
+    from weavecore import pipeline
+
+    cut_plane = (plane[:3], plane[3:]) if plane else None
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("always", UnitUnknown)
+        surface = pipeline.read_surface(path, layer=layer, object=name, cut_plane=cut_plane)
+    for warning in caught:
+        typer.echo(f"weavecore: warning: {UnitUnknown.code}: {warning.message}", err=True)
+    return surface
+
+
+def _spacing(surface: SurfaceMesh, spacing: Optional[Length], edge: Optional[Length]) -> tuple[bool, float]:
+    """Whether the spacing was left to the program, and the spacing in the file's unit."""
+    from weavecore import pipeline
+
+    if spacing:
+        return False, spacing.in_unit(surface.unit)
+    if edge:
+        return False, pipeline.spacing_for_edges(edge.in_unit(surface.unit))
+    return True, pipeline.suggest_spacing(surface)
+
+
+@contextlib.contextmanager
+def _one_line_errors() -> Iterator[None]:
+    """End the process with one line and the right status, whatever is raised."""
+    try:
+        yield
+    except WeaveError as error:
+        _end(str(error), REFUSED)
+    except KeyboardInterrupt:
+        _end("stopped; no file was changed", STOPPED)
+    except BrokenPipeError:
+        sys.exit(0)
+    except MemoryError:
+        _end("TOO_MUCH_WORK: the memory did not suffice. Choose a larger spacing or a coarser mesh.", REFUSED)
+    except Exception as error:  # noqa: BLE001 - a fault of the program must not end in a traceback either.
+        what = f"{type(error).__name__}: {error}"
+        _end(f"INTERNAL: {what}. This is a fault of weavecore: please report it with the input file.", REFUSED)
+
+
+def _end(message: str, status: int) -> NoReturn:
+    typer.echo(f"weavecore: {' '.join(message.split())}", err=True)
+    sys.exit(status)
+
+
+@contextlib.contextmanager
+def _progress(*, quiet: bool) -> Iterator[Progress]:
+    """A bar on the error stream where that is a terminal; elsewhere nothing."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda _fraction, _label: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda fraction, label: bar.update(task, completed=fraction, description=label)
+
+
+def _part(tell: Progress, start: float, end: float) -> Progress:
+    """A progress whose 0 to 1 is a part of the whole."""
+    return lambda fraction, label: tell(start + (end - start) * min(max(fraction, 0.0), 1.0), label)
+
+
+def _written(targets: list[Path]) -> Lines:
+    if not targets:
+        return [("written", "nothing; ask for files with -o, --json or --picture")]
+    return [("written", ", ".join(str(path) for path in targets))]
+
+
+def _print_lines(lines: Lines) -> None:
+    width = max(len(label) for label, _ in lines)
+    for label, text in lines:
+        typer.echo(f"{label:{width}}  {text}")
+
+
+def _print_objects(objects: tuple[ObjectReport, ...], unit: str) -> None:
+    """A table that fits a terminal; elsewhere one line an object, however long."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    is_terminal = sys.stdout.isatty()
+    console = Console(markup=False, highlight=False, emoji=False, width=None if is_terminal else 10_000)
+    table = Table(box=box.SIMPLE if is_terminal else None, pad_edge=False)
+    for heading in ("object", "kind", "layer", "faces", "borders", "χ", "verdict"):
+        table.add_column(heading, justify="right" if heading in ("faces", "χ") else "left")
+    for one in objects:
+        lengths = ", ".join(with_unit(length, unit) for length in one.border_lengths)
+        aside = f"{one.aside}; " if one.aside else ""
+        table.add_row(
+            one.name or one.id or "-",
+            one.kind,
+            one.layer or "-",
+            str(one.n_faces),
+            f"{one.n_borders}: {lengths}" if lengths else str(one.n_borders),
+            "-" if one.euler_characteristic is None else str(one.euler_characteristic),
+            f"{aside}{one.message or 'can be woven'}",
+        )
+    console.print(table)

@@ -1,0 +1,217 @@
+"""The public verbs, and the only place where the stages are chained."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Callable, Optional
+
+from weavecore.errors import Unsupported
+from weavecore.exporting.product import StageValue
+from weavecore.exporting.registry import encode, writer_for
+from weavecore.files import PathLike, check_targets, write_together, write_whole
+from weavecore.linking.link import link_latitudes
+from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh
+from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
+from weavecore.reading import inspect_file, read_surface, surface_from
+from weavecore.validating import validate
+from weavecore.viewing.picture import encode_picture
+from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface
+from weavecore.weaving.strands import find_strands
+
+__all__ = [
+    "draw_picture",
+    "export",
+    "inspect_file",
+    "link",
+    "offset",
+    "read_surface",
+    "spacing_for_edges",
+    "suggest_spacing",
+    "surface_from",
+    "validate",
+]
+
+Progress = Callable[[float, str], None]
+"""Called with what is done, from 0 to 1, and a label; raising in it cancels the work."""
+
+METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels}
+PICTURE = ".png"
+
+
+def offset(
+    surface: SurfaceMesh,
+    *,
+    spacing: Optional[float] = None,
+    method: str = "levels",
+    progress: Optional[Progress] = None,
+) -> Latitudes:
+    """Offset the borders of a surface inwards until they fill it (Yan et al. 2016, §4).
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    spacing : float, optional
+        Distance from one polyline to the next along the surface, in the model's unit; see
+        `suggest_spacing` for what is taken where it is not given.
+    method : str
+        ``"levels"``: level sets of the distance from the borders.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Latitudes
+
+    Raises
+    ------
+    SpacingTooLarge, TooMuchWork, Unsupported
+    """
+    if method not in METHODS:
+        raise Unsupported(f"There is no method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
+    if spacing is None:
+        spacing = suggest_spacing(surface)
+    return METHODS[method](surface, spacing=spacing, progress=progress)
+
+
+def link(
+    latitudes: Latitudes,
+    *,
+    edge_length: Optional[float] = None,
+    pattern: str = "triangular",
+    progress: Optional[Progress] = None,
+) -> Lattice:
+    """Divide the latitudes and bind them to a lattice (Yan et al. 2016, §5).
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    edge_length : float, optional
+        Length of an edge that is aimed at, in the model's unit; where it is not given, the one
+        that makes the pattern's faces regular at the spacing of the latitudes.
+    pattern : str
+        ``"triangular"`` or ``"quad"``.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Lattice
+
+    Raises
+    ------
+    TooMuchWork, Unsupported
+    """
+    return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+
+
+def export(
+    value: StageValue,
+    path: PathLike,
+    *,
+    overwrite: bool = False,
+    parameters: Optional[Mapping[str, object]] = None,
+) -> None:
+    """Write a stage's result by the ending of ``path``, whole or not at all.
+
+    ``.3dm`` and ``.json`` hold every result, with the strands of a lattice; ``.obj``, ``.ply``, ``.off``
+    and ``.stl`` hold the faces of a surface or a lattice; ``.png`` is a picture of it.
+
+    Parameters
+    ----------
+    value : SurfaceMesh, Latitudes or Lattice
+    path : path
+    overwrite : bool
+        Whether a file that is there already is replaced.
+    parameters : mapping, optional
+        Options to be named in the file, besides those that the value knows.
+
+    Raises
+    ------
+    Unsupported, OutputExists, NotWritten
+    """
+    export_together(value, [path], overwrite=overwrite, parameters=parameters)
+
+
+def export_together(
+    value: StageValue,
+    paths: Iterable[PathLike],
+    *,
+    overwrite: bool = False,
+    parameters: Optional[Mapping[str, object]] = None,
+    progress: Optional[Progress] = None,
+) -> None:
+    """Write a stage's result to several files, of which none appears before all are complete; see `export`."""
+    targets = list(paths)
+    check_outputs(targets, overwrite=overwrite)
+    strands: Optional[Strands] = find_strands(value) if isinstance(value, Lattice) else None
+    contents: dict[PathLike, bytes] = {}
+    for done, path in enumerate(targets):
+        if progress:
+            progress(done / len(targets), f"writing {Path(path).name}")
+        if _is_picture(path):
+            contents[path] = encode_picture(value)
+        else:
+            contents[path] = encode(value, path, strands=strands, parameters=parameters)
+    write_together(contents, overwrite=overwrite)
+
+
+def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None:
+    """Raise what `export_together` would raise of the paths alone, before any work is done.
+
+    Raises
+    ------
+    Unsupported, OutputExists, NotWritten
+    """
+    targets = list(paths)
+    for path in targets:
+        if not _is_picture(path):
+            writer_for(path)
+    check_targets(targets, overwrite=overwrite)
+
+
+def draw_picture(
+    value: StageValue,
+    path: PathLike,
+    *,
+    size: tuple[int, int] = (1600, 1200),
+    view: Any = None,
+    overwrite: bool = False,
+) -> None:
+    """Draw a picture of a stage's result to a .png, whole or not at all.
+
+    Parameters
+    ----------
+    value : SurfaceMesh, Latitudes or Lattice
+    path : path
+        Ends with ``.png``.
+    size : (int, int)
+        Width and height in pixels.
+    view : (3,) array_like, optional
+        Direction from the middle of the surface to the eye, z up; chosen so that much is seen
+        where it is not given.
+    overwrite : bool
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    Unsupported, OutputExists, NotWritten
+    """
+    if not _is_picture(path):
+        raise Unsupported(f"{path} has no ending of a picture", remedy=f"End the name with {PICTURE}.")
+    check_targets([path], overwrite=overwrite)
+    write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
+
+
+def describe(value: StageValue) -> list[tuple[str, str]]:
+    """A stage's result and those before it in a few lines: pairs of a label and a text."""
+    if isinstance(value, SurfaceMesh):
+        return describe_surface(value)
+    if isinstance(value, Latitudes):
+        return describe(value.surface) + describe_latitudes(value)
+    return describe(value.latitudes) + describe_lattice(value, find_strands(value))
+
+
+def _is_picture(path: PathLike) -> bool:
+    return Path(path).suffix.lower() == PICTURE

@@ -1,0 +1,149 @@
+"""A picture of a stage's result: the surface shaded, the families in their colours, what is hidden left out."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from weavecore.errors import Unsupported
+from weavecore.geometry.arrays import Floats
+from weavecore.viewing.camera import Camera, look_at
+from weavecore.viewing.choosing import choose_view
+from weavecore.viewing.png import encode_png
+from weavecore.viewing.raster import Buffer, draw_triangles, planes_over
+from weavecore.viewing.rods import draw_rods, see_rods
+from weavecore.viewing.scene import Drawable, Scene, scene_of
+from weavecore.viewing.shading import (
+    INSIDE,
+    MARKED,
+    OUTSIDE,
+    Colours,
+    Numbers,
+    background,
+    darkening,
+    light_on_rods,
+    light_on_triangles,
+    ramp,
+)
+
+_SAMPLES = 2
+"""Samples along each side of a pixel, which their mean smooths."""
+
+_MARGIN = 0.06
+_LARGEST = 8192
+_FULL_SHADE, _SHADE_REACH = 0.22, 0.02
+"""A step of this part of the subject's size gives full shade, within this part of the picture's width."""
+
+_LEAST_PIXELS, _MOST_PIXELS = 0.6, 4.5
+"""Radius of a rod in a picture of 1600 pixels' width: it can be seen, and leaves room between."""
+
+Nearness = NDArray[np.float32]
+
+
+def encode_picture(value: Drawable, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None) -> bytes:
+    """The bytes of a PNG picture; see `draw_pixels`."""
+    return encode_png(draw_pixels(value, size=size, view=view))
+
+
+def draw_pixels(
+    value: Drawable, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None
+) -> NDArray[np.uint8]:
+    """Draw a stage's result.
+
+    Parameters
+    ----------
+    value : SurfaceMesh, Latitudes or Lattice
+    size : (int, int)
+        Width and height in pixels.
+    view : (3,) array_like, optional
+        Direction from the surface to the eye, z up; where it is not given, the one from
+        which most of the surface and its borders is seen.
+
+    Returns
+    -------
+    (height, width, 3) uint8
+
+    Raises
+    ------
+    Unsupported
+        When the size or the view cannot be drawn.
+    """
+    width, height = _checked_size(size)
+    scene = scene_of(value)
+    direction = choose_view(scene.vertices, scene.triangles, scene.borders) if view is None else _checked_view(view)
+    samples = (width * _SAMPLES, height * _SAMPLES)
+    camera = look_at(scene.vertices, direction, samples, margin=_MARGIN)
+    colours = np.repeat(background(samples[1]), samples[0], axis=0)
+    nearness = _draw_surface(scene, camera, samples, colours)
+    nearness = _draw_rods(scene, camera, samples, colours, nearness)
+    shade = _shade(nearness, samples, scene.size)
+    return np.rint(_by_pixel(colours, samples, np.add) / _SAMPLES**2 * shade[..., None]).astype(np.uint8)
+
+
+def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours) -> Nearness:
+    """Colour the samples in which the surface is seen; return its nearness."""
+    place, nearness = camera.project(scene.vertices)
+    corners = place[scene.triangles]
+    buffer = Buffer(samples)
+    draw_triangles(buffer, corners, nearness[scene.triangles])
+    light, shows_outside = light_on_triangles(scene.vertices, scene.triangles, camera)
+    a, b, c = planes_over(corners, light * 255)
+    tone = np.where(scene.is_marked, 2, np.where(shows_outside, 0, 1)) * 256
+    ramps = np.concatenate([ramp(OUTSIDE), ramp(INSIDE), ramp(MARKED)])
+    for at, triangle, column, row in buffer.seen():
+        bright = a[triangle] * (column + 0.5) + b[triangle] * (row + 0.5) + c[triangle]
+        colours[at] = ramps[tone[triangle] + np.clip(bright, 0, 255).astype(np.int64)]
+    return buffer.nearness
+
+
+def _draw_rods(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours, surface: Nearness) -> Nearness:
+    """Colour the samples in which a rod is seen before the surface; return what is nearest of both."""
+    middle = 1 / float(np.linalg.norm(camera.eye - scene.vertices.mean(0)))
+    pixel = _SAMPLES * samples[0] / _SAMPLES / 1600 / (camera.scale * middle)
+    radius = np.clip(scene.radius, _LEAST_PIXELS * pixel, _MOST_PIXELS * pixel)
+    rods = see_rods(camera, scene.starts, scene.ends, radius)
+    buffer = Buffer(samples, before=surface)
+    draw_rods(buffer, rods)
+    tint = scene.colours.astype(np.float32)
+    for at, rod, column, row in buffer.seen():
+        _, off = rods.across(rod, column, row)
+        light, gloss = light_on_rods(rods.axis[rod], off, camera)
+        colours[at] = np.minimum(tint[rod] * light[:, None] + gloss[:, None], 255)
+    return buffer.nearness
+
+
+def _shade(nearness: Nearness, samples: tuple[int, int], size: float) -> Numbers:
+    """What is left of the light at each pixel behind nearer things."""
+    nearest = _by_pixel(nearness, samples, np.maximum)
+    covered = nearest > 0
+    distance = np.divide(1, nearest, out=np.zeros_like(nearest), where=covered)
+    return darkening(distance / np.float32(_FULL_SHADE * size), covered, samples[0] / _SAMPLES * _SHADE_REACH)
+
+
+def _by_pixel(values: NDArray[np.float32], samples: tuple[int, int], join: np.ufunc) -> NDArray[np.float32]:
+    """Join the values of each pixel's samples: (height, width) or, of colours, (height, width, 3)."""
+    width, height = samples
+    image = values.reshape(height, width, *values.shape[1:])
+    rows = reduce(join, [image[k::_SAMPLES] for k in range(_SAMPLES)])
+    joined: NDArray[np.float32] = reduce(join, [rows[:, k::_SAMPLES] for k in range(_SAMPLES)])
+    return joined
+
+
+def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    width, height = (int(n) for n in size)
+    if not (16 <= width <= _LARGEST and 16 <= height <= _LARGEST):
+        raise Unsupported(
+            f"A picture of {width} by {height} pixels cannot be drawn",
+            remedy=f"Give a width and a height from 16 to {_LARGEST}.",
+        )
+    return width, height
+
+
+def _checked_view(view: ArrayLike) -> Floats:
+    direction = np.asarray(view, np.float64)
+    if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
+        raise Unsupported(f"{view!r} is no direction to look from", remedy="Give three numbers that are not all 0.")
+    return direction

@@ -1,0 +1,138 @@
+"""What a picture shows of a stage's result: coloured triangles, and rods on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Union
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop
+from weavecore.geometry.polygons import fan_triangles
+from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh
+from weavecore.palette import LONGITUDES, POCKETS, latitude_colours
+
+_ROD_OF_SPACING = 0.075
+_BORDER_SWELL, _LONGITUDE_SWELL = 1.45, 0.8
+"""How much thicker the border rods are than the others, and how much thinner the longitudes."""
+
+
+Drawable = Union[SurfaceMesh, Latitudes, Lattice]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Triangles and rods.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    triangles : (T, 3) int64
+    is_marked : (T,) bool
+        Triangles in pockets, which get a tint.
+    starts, ends : (R, 3) float64
+        The straight rods.
+    colours : (R, 3) float64
+        0…255.
+    radius : (R,) float64
+        In the model's unit.
+    borders : (n, 3) float64
+        Points of the borders.
+    """
+
+    vertices: Floats
+    triangles: Ints
+    is_marked: Bools
+    starts: Floats
+    ends: Floats
+    colours: Floats
+    radius: Floats
+    borders: Floats
+
+    @property
+    def size(self) -> float:
+        """Length of the diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+
+def scene_of(value: Drawable) -> Scene:
+    """The scene of a stage's result."""
+    if isinstance(value, SurfaceMesh):
+        return _of_surface(value)
+    if isinstance(value, Latitudes):
+        return _of_latitudes(value)
+    return _of_lattice(value)
+
+
+def _border_points(surface: SurfaceMesh) -> Floats:
+    loops = [*surface.borders, *surface.cuts]
+    return surface.vertices[np.concatenate(loops)] if loops else np.zeros((0, 3))
+
+
+def _of_surface(surface: SurfaceMesh) -> Scene:
+    loops = [*surface.borders, *surface.cuts]
+    starts = _border_points(surface)
+    ends = np.concatenate([np.roll(surface.vertices[loop], -1, axis=0) for loop in loops]) if loops else starts
+    n = len(starts)
+    return Scene(
+        surface.vertices,
+        surface.faces,
+        np.zeros(surface.n_faces, bool),
+        starts,
+        ends,
+        latitude_colours(np.zeros(n), 1).astype(float),
+        np.full(n, surface.size * 0.003),
+        starts,
+    )
+
+
+def _of_latitudes(latitudes: Latitudes) -> Scene:
+    lines, surface = latitudes.polylines, latitudes.surface
+    after = next_in_loop(lines.offsets)
+    generation = latitudes.generation[lines.owner]
+    swell = np.where(generation == 0, _BORDER_SWELL, 1.0)
+    drawn = lines.segment_lengths > 0
+    return Scene(
+        surface.vertices,
+        surface.faces,
+        np.zeros(surface.n_faces, bool),
+        lines.points[drawn],
+        lines.points[after][drawn],
+        latitude_colours(generation, latitudes.n_generations).astype(float)[drawn],
+        (swell * latitudes.spacing * _ROD_OF_SPACING)[drawn],
+        _border_points(surface),
+    )
+
+
+def _of_lattice(lattice: Lattice) -> Scene:
+    latitudes = lattice.latitudes
+    triangles, face = fan_triangles(lattice.face_offsets, lattice.face_nodes)
+    a, b = lattice.edges.T
+    family = lattice.edge_family
+    polyline = np.maximum(lattice.node_latitude[a], 0)
+    generation = latitudes.generation[polyline]
+    colours = latitude_colours(generation, latitudes.n_generations).astype(float)
+    colours[family == LONGITUDINAL] = LONGITUDES
+    colours[family == POCKET] = POCKETS
+    is_border = (family == LATITUDINAL) & (generation == 0)
+    swell = np.where(is_border, _BORDER_SWELL, np.where(family == LATITUDINAL, 1.0, _LONGITUDE_SWELL))
+    return Scene(
+        lattice.nodes,
+        triangles,
+        _faces_with_edges(lattice, family == POCKET)[face],
+        lattice.nodes[a],
+        lattice.nodes[b],
+        colours,
+        swell * min(latitudes.spacing, lattice.edge_length) * _ROD_OF_SPACING,
+        _border_points(latitudes.surface),
+    )
+
+
+def _faces_with_edges(lattice: Lattice, wanted: Bools) -> Bools:
+    """Which faces have one of the wanted edges on their outline."""
+    n = lattice.n_nodes
+    corners, after = lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)]
+    key = np.minimum(corners, after) * n + np.maximum(corners, after)
+    a, b = lattice.edges[wanted].T
+    has = np.isin(key, np.minimum(a, b) * n + np.maximum(a, b))
+    return np.logical_or.reduceat(has, lattice.face_offsets[:-1])

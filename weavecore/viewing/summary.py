@@ -1,0 +1,74 @@
+"""A result in a few lines of text."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, next_in_loop
+from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh
+from weavecore.units import with_unit
+
+Lines = list[tuple[str, str]]
+
+_REGULAR_VALENCE = {"triangular": 6, "quad": 4}
+
+
+def describe_surface(surface: SurfaceMesh) -> Lines:
+    """Name, faces and borders, and what was mended."""
+    n_parts = int(surface.component_of_face.max()) + 1
+    parts = [_count(surface.n_faces, "face"), _count(len(surface.borders), "border")]
+    if surface.cuts:
+        parts.append(_count(len(surface.cuts), "cut"))
+    if n_parts > 1:
+        parts.append(_count(n_parts, "component"))
+    lines = [("surface", f"{surface.name or 'unnamed'}: {', '.join(parts)}")]
+    return lines + [("mended", mending) for mending in surface.mendings]
+
+
+def describe_latitudes(latitudes: Latitudes) -> Lines:
+    """Spacing, generations and polylines."""
+    unit = latitudes.surface.unit
+    count = f"{_count(len(latitudes), 'polyline')} in {_count(latitudes.n_generations, 'generation')}"
+    return [
+        ("spacing", with_unit(latitudes.spacing, unit)),
+        ("latitudes", f"{count}, {with_unit(latitudes.polylines.lengths.sum(), unit)} in all"),
+    ]
+
+
+def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:
+    """Nodes and how many are regular, edges, faces and strands."""
+    unit = lattice.latitudes.surface.unit
+    nodes = f"{lattice.n_nodes:,} nodes"
+    share = regular_share(lattice)
+    if share is not None:
+        nodes += f", {share:.0%} of the inner ones with {_REGULAR_VALENCE[lattice.pattern]} edges"
+    return [
+        ("edges", f"{lattice.n_edges:,}, {with_unit(lattice.edge_lengths.mean(), unit)} long on average"),
+        ("nodes", nodes),
+        ("faces", f"{lattice.n_faces:,}, pattern {lattice.pattern}"),
+        ("strands", f"{len(strands):,}"),
+    ]
+
+
+def regular_share(lattice: Lattice) -> float | None:
+    """Part of the inner nodes with as many edges as the pattern has; None where no node is inside, or none is known."""
+    valence = np.bincount(lattice.edges.ravel(), minlength=lattice.n_nodes)
+    inner = ~_on_border(lattice)
+    if lattice.pattern not in _REGULAR_VALENCE or not inner.any():
+        return None
+    return float((valence[inner] == _REGULAR_VALENCE[lattice.pattern]).mean())
+
+
+def _on_border(lattice: Lattice) -> Bools:
+    """(N,) nodes on an edge with a single face."""
+    n = lattice.n_nodes
+    a, b = lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)]
+    key, count = np.unique(np.minimum(a, b) * n + np.maximum(a, b), return_counts=True)
+    naked = key[count == 1]
+    on_border = np.zeros(n, bool)
+    on_border[np.concatenate([naked // n, naked % n])] = True
+    return on_border
+
+
+def _count(n: int, noun: str) -> str:
+    return f"{n:,} {noun}{'' if n == 1 else 's'}"
