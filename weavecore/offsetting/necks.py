@@ -31,6 +31,9 @@ def cut_necks(sheet: Sheet, *, spacing: float) -> Floats:
     is_low = is_narrow.copy()
     is_low[head[is_narrow[tail]]] = True
     is_low &= is_near & (above >= 0)
+    # The end of an edge that has a ridge on it is no saddle, however the mesh makes it look.
+    ridge = sheet.edge_of[:, 0] != sheet.edge_of[:, 1]
+    is_near[sheet.edge_of[ridge].ravel()] = False
     near = np.flatnonzero(is_near)
     is_low[near] |= _are_saddles(sheet, near)
     distance = sheet.distance.copy()

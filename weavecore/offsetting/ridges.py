@@ -17,7 +17,7 @@ from weavecore.offsetting.contours import count_levels
 from weavecore.offsetting.edge_profile import KINK, slope_along
 from weavecore.offsetting.sheet import Sheet
 
-_LEAST_SHARE = 0.1
+_LEAST_SHARE = 0.01
 """A peak nearer to an end than this part of the edge is as well told by that end."""
 
 
@@ -50,7 +50,9 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet
         face_of=part_of,
         edge_of=np.concatenate([sheet.edge_of, np.c_[a, b]]),
         share=np.concatenate([sheet.share, share]),
-        steepness=np.concatenate([sheet.steepness, 0.5 * np.linalg.norm(sheet.gradient[a] + sheet.gradient[b], axis=1)]),
+        steepness=np.concatenate(
+            [sheet.steepness, 0.5 * np.linalg.norm(sheet.gradient[a] + sheet.gradient[b], axis=1)]
+        ),
     )
 
 
