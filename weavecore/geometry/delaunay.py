@@ -8,10 +8,9 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import find_twins, halfedge_ends, next_halfedge, previous_halfedge
 
 _MOST_ROUNDS = 100
-_LEAST_GAIN = 1e-6
 
 
-def improve_triangles(points: Floats, triangles: Ints, taken: Ints) -> Ints:
+def improve_triangles(points: Floats, triangles: Ints, taken: Ints, *, least_gain: float = 1e-6) -> Ints:
     """Flip each inner edge whose two facing angles are together more than a half turn.
 
     The surface that the triangles make stays the same, and no two triangles get the same edge twice.
@@ -24,6 +23,8 @@ def improve_triangles(points: Floats, triangles: Ints, taken: Ints) -> Ints:
     taken : (K,) int64
         Sorted keys ``low * N + high`` of pairs of points that are joined already: such an
         edge is neither flipped away nor made.
+    least_gain : float
+        An edge is left alone while its angles exceed the half turn by no more than this.
 
     Returns
     -------
@@ -31,7 +32,7 @@ def improve_triangles(points: Floats, triangles: Ints, taken: Ints) -> Ints:
     """
     triangles = triangles.copy()
     for _ in range(_MOST_ROUNDS):
-        h = _edges_to_flip(points, triangles, taken)
+        h = _edges_to_flip(points, triangles, taken, least_gain)
         if len(h) == 0:
             break
         flat = triangles.ravel()
@@ -43,7 +44,7 @@ def improve_triangles(points: Floats, triangles: Ints, taken: Ints) -> Ints:
     return triangles
 
 
-def _edges_to_flip(points: Floats, triangles: Ints, taken: Ints) -> Ints:
+def _edges_to_flip(points: Floats, triangles: Ints, taken: Ints, least_gain: float) -> Ints:
     """Halfedges of edges to flip at once: no two of them in one triangle."""
     n = np.int64(len(points))
     twins = find_twins(triangles, len(points))
@@ -53,7 +54,7 @@ def _edges_to_flip(points: Floats, triangles: Ints, taken: Ints) -> Ints:
     facing = _facing_angles(points, triangles)
     excess = facing[h] + facing[t] - np.pi
     key = np.minimum(tail, head) * n + np.maximum(tail, head)
-    wanted = (excess > _LEAST_GAIN) & ~_is_in(key[h], taken)
+    wanted = (excess > least_gain) & ~_is_in(key[h], taken)
     h, t, excess = h[wanted], t[wanted], excess[wanted]
     a, b = tail[h], head[h]
     c, d = tail[previous_halfedge(h)], tail[previous_halfedge(t)]

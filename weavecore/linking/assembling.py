@@ -4,41 +4,36 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, offsets_of
+from weavecore.linking.cells import NO_CORNER, edges_of
 from weavecore.linking.patterns import Pattern
-from weavecore.linking.pockets import Filling
-from weavecore.linking.rings import Zip
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 
 
 def assemble(
     latitudes: Latitudes,
-    places: Floats,
+    nodes: Floats,
     latitude: Ints,
     station: Floats,
-    zips: list[Zip],
-    filling: Filling,
+    faces: Ints,
     pattern: Pattern,
     edge_length: float,
 ) -> Lattice:
-    """The lattice of zips and fillings.
+    """The lattice of the given faces (k, 4); nodes beyond those that have a latitude are hubs.
 
     An edge along a polyline is latitudinal; one that binds a child to its parent is longitudinal,
     also where several meet in one band; all others are of the second step.
     """
-    n_hubs = len(filling.hubs)
-    faces = np.concatenate([*(z.triangles() for z in zips), filling.triangles])
-    faces = faces[np.lexsort(np.sort(faces, axis=1).T[::-1])]
-    nodes = np.concatenate([places, filling.hubs])
+    n_hubs = len(nodes) - len(latitude)
+    faces = faces[np.lexsort(np.sort(faces, axis=1).T)]
     node_latitude = np.concatenate([latitude, np.full(n_hubs, -1, np.int64)])
-    tail, head = faces.ravel(), faces[:, [1, 2, 0]].ravel()
-    edges = np.unique(np.sort(np.c_[tail, head], axis=1), axis=0)
+    edges = edges_of(faces)
     return Lattice(
         latitudes=latitudes,
         nodes=nodes,
-        face_offsets=3 * np.arange(len(faces) + 1),
-        face_nodes=faces.ravel(),
+        face_offsets=offsets_of((faces != NO_CORNER).sum(1)),
+        face_nodes=faces[faces != NO_CORNER],
         edges=edges,
         edge_family=edge_families(latitudes, edges, node_latitude),
         node_latitude=node_latitude,

@@ -7,16 +7,19 @@ from typing import Callable, Optional
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.delaunay import improve_triangles
 from weavecore.linking.assembling import assemble
+from weavecore.linking.cells import as_quads, edges_of, faces_of_zip
 from weavecore.linking.division import count_nodes, points_at
 from weavecore.linking.feet import find_feet
-from weavecore.linking.patterns import pattern_named
-from weavecore.linking.phases import place_nodes
+from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import Filling, fill_bands
-from weavecore.linking.rings import zip_band
+from weavecore.linking.rings import RingLinker
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
+
+_BAD_ZIP = 0.6
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -58,42 +61,64 @@ def link_latitudes(
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
     tell(0.0, "dividing the latitudes")
     counts = count_nodes(latitudes, length, design)
-    feet = find_feet(latitudes, counts)
-    nodes = place_nodes(latitudes, counts, feet, design)
-    latitude = rows_of(offsets_of(counts))
-    station = np.concatenate(nodes)
+    linker = RingLinker(latitudes, counts, find_feet(latitudes, counts), design)
+    linker.run()
+    latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)
     places = points_at(latitudes.polylines, latitude, station)
-    tell(0.3, "binding the rings")
-    zips, others = [], []
-    for band, is_plain in enumerate(_plain_bands(latitudes).tolist()):
-        zipped = zip_band(latitudes, band, feet, nodes, places) if is_plain else None
-        if zipped is None:
-            others.append(band)
-        else:
-            zips.append(zipped)
     tell(0.5, "filling the pockets")
-    taken = np.unique(np.concatenate([_ring_edges(counts), *(z.links() for z in zips)]), axis=0)
-    filling = _fill(latitudes, nodes, places, np.array(others, np.int64), taken, length)
-    return assemble(latitudes, places, latitude, station, zips, filling, design, length)
+    zipped = _zip_faces(linker, counts, design)
+    rings = _ring_edges(counts)
+    filling = _fill(latitudes, linker, places, np.concatenate([rings, edges_of(zipped)]), length)
+    tell(0.8, "turning edges")
+    nodes = np.concatenate([places, filling.hubs])
+    faces = _turn_edges(nodes, zipped, filling.triangles, rings, design)
+    return assemble(latitudes, nodes, latitude, station, faces, design, length)
 
 
-def _plain_bands(latitudes: Latitudes) -> Bools:
-    """Bands between one parent and one child, with no handle."""
-    bands = latitudes.bands
-    n_parents = np.bincount(rows_of(bands.offsets)[bands.is_parent], minlength=len(bands))
-    plain: Bools = (np.diff(bands.offsets) == 2) & (bands.euler == 0) & (n_parents == 1)
-    return plain
+def _zip_faces(linker: RingLinker, counts: Ints, pattern: Pattern) -> Ints:
+    """Faces (k, 4) of all plain bands."""
+    first = offsets_of(counts)
+    faces = [
+        faces_of_zip(
+            zipped,
+            np.arange(first[zipped.parent], first[zipped.parent + 1]),
+            np.arange(first[zipped.child], first[zipped.child + 1]),
+            has_diagonals=pattern.has_diagonals,
+        )
+        for zipped in linker.zips.values()
+    ]
+    return np.concatenate([*faces, np.zeros((0, 4), np.int64)])
 
 
 def _ring_edges(counts: Ints) -> Ints:
+    """(N, 2) the edges along the polylines, the lesser node first."""
     after = next_in_loop(offsets_of(counts))
     edges: Ints = np.sort(np.c_[np.arange(len(after)), after], axis=1)
     return edges
 
 
-def _fill(
-    latitudes: Latitudes, nodes: list[Floats], places: Floats, bands: Ints, taken: Ints, edge_length: float
-) -> Filling:
-    if len(bands) == 0:
+def _fill(latitudes: Latitudes, linker: RingLinker, places: Floats, taken: Ints, edge_length: float) -> Filling:
+    """Fill the bands that were not zipped."""
+    wanted = np.setdiff1d(np.arange(len(latitudes.bands)), np.array(list(linker.zips), np.int64))
+    if len(wanted) == 0:
         return Filling(np.zeros((0, 3), np.int64), np.zeros((0, 3)))
-    return fill_bands(latitudes, nodes, places, bands, taken, edge_length)
+    return fill_bands(latitudes, linker.nodes, places, wanted, taken, edge_length)
+
+
+def _turn_edges(nodes: Floats, zipped: Ints, filled: Ints, rings: Ints, pattern: Pattern) -> Ints:
+    """All faces, after edges between the rings were turned where that makes better angles.
+
+    In a plain band that is only done where the zip made a bad one, as at a sharp corner, where
+    a ring had better be linked to itself (Yan et al. 2016, Fig. 10).
+    """
+    n = np.int64(len(nodes))
+
+    def keys(edges: Ints) -> Ints:
+        unique: Ints = np.unique(edges[:, 0] * n + edges[:, 1])
+        return unique
+
+    if pattern.has_diagonals:
+        fixed = keys(np.concatenate([rings, edges_of(as_quads(filled))]))
+        zipped = as_quads(improve_triangles(nodes, zipped[:, :3], fixed, least_gain=_BAD_ZIP))
+    fixed = keys(np.concatenate([rings, edges_of(zipped)]))
+    return np.concatenate([zipped, as_quads(improve_triangles(nodes, filled, fixed))])

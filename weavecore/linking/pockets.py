@@ -3,7 +3,7 @@
 Caps, ridges, fronts that meet head-on, splits, merges and handles are all linked the same
 way: who faces whom across the band is read off the surface, which gives a triangulation
 with the right topology whatever the band is; where the band is wide, hubs are set between the
-polylines; then edges are turned until the angles are good.
+polylines.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from scipy.spatial import cKDTree
 
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Floats, Ints, offsets_of
-from weavecore.geometry.delaunay import improve_triangles
 from weavecore.linking.band_mesh import BandMesh, mesh_bands, refine
 from weavecore.linking.voronoi import EdgeGraph, Regions
 from weavecore.model.latitudes import Latitudes
@@ -82,11 +81,7 @@ def fill_bands(
             ids=wanted.tolist(),
             kind="band",
         )
-    n = np.int64(len(places) + len(hubs))
-    keys = np.sort(taken[:, 0] * n + taken[:, 1])
-    triangles = owner_node[regions.dual.triangles]
-    triangles = improve_triangles(np.concatenate([places, mesh.points[hubs]]), triangles, keys)
-    return Filling(triangles, mesh.points[hubs])
+    return Filling(owner_node[regions.dual.triangles], mesh.points[hubs])
 
 
 def _wide_places(mesh: BandMesh, graph: EdgeGraph, edge_length: float) -> Ints:

@@ -1,4 +1,4 @@
-"""Step one (Yan et al. 2016, §5): every plain band, between one parent and one child, is zipped."""
+"""Step one (Yan et al. 2016, §5): rings are divided and bound to their parents, generation by generation."""
 
 from __future__ import annotations
 
@@ -7,70 +7,154 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
-from weavecore.linking.feet import Feet
-from weavecore.linking.phases import foot_indices
-from weavecore.linking.zipping import match_rings, swap_diagonals, zip_rings
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.linking.division import divide_border, divide_evenly, index_at
+from weavecore.linking.feet import SAMPLES_PER_NODE, Feet
+from weavecore.linking.patterns import Pattern
+from weavecore.linking.zipping import choose_tips, feet_of_nodes, unroll_feet
 from weavecore.model.latitudes import Latitudes
+
+_DIVISIONS = 12
+_LINKS_OF_SIX = 4
+"""Links of an inner node to the rings on both sides when it has six edges in all."""
 
 
 @dataclass(frozen=True, eq=False)
 class Zip:
-    """The walk around one band, unrolled: nodes before each step, and whose step it is.
+    """The links of one plain band.
 
     Parameters
     ----------
-    parent, child : (n + m,) int64
-        Nodes of the lattice.
-    is_parent : (n + m,) bool
-        Whether the step advances along the parent.
+    parent, child : int
+        Polylines.
+    is_left : bool
+        Whether the band lies on the left of the parent; if not, node ``i`` of the zip is
+        node ``-i`` of the parent.
+    tips : (n,) int64
+        For each edge of the parent the node of the child over it, unrolled.
     """
 
-    parent: Ints
-    child: Ints
-    is_parent: Bools
-
-    def triangles(self) -> Ints:
-        """One triangle a step, counter-clockwise seen from outside."""
-        next_parent, next_child = np.roll(self.parent, -1), np.roll(self.child, -1)
-        third = np.where(self.is_parent, next_parent, next_child)
-        # The band lies on the left of its parent and on the right of its child.
-        triangles: Ints = np.c_[self.parent, third, self.child]
-        return triangles
-
-    def links(self) -> Ints:
-        """(n + m, 2) the edges between the rings, the lesser node first."""
-        links: Ints = np.sort(np.c_[self.parent, self.child], axis=1)
-        return links
+    parent: int
+    child: int
+    is_left: bool
+    tips: Ints
 
 
-def zip_band(latitudes: Latitudes, band: int, feet: Feet, nodes: list[Floats], places: Floats) -> Optional[Zip]:
-    """Zip a plain band; None where the child does not run around its parent once, or the rings are too small for it."""
+class RingLinker:
+    """Divides the polylines in the order of their generations and zips the plain bands.
+
+    Attributes
+    ----------
+    nodes : list of (n,) float64
+        Rising stations of the nodes of each polyline.
+    zips : dict
+        By band.
+    """
+
+    def __init__(self, latitudes: Latitudes, counts: Ints, feet: Feet, pattern: Pattern) -> None:
+        self._latitudes = latitudes
+        self._counts = counts
+        self._feet = feet
+        self._pattern = pattern
+        self._plain = _plain_bands(latitudes)
+        self._links_above: dict[int, Ints] = {}
+        self.nodes: list[Floats] = []
+        self.zips: dict[int, Zip] = {}
+
+    def run(self) -> None:
+        """Divide all polylines."""
+        latitudes, polylines = self._latitudes, self._latitudes.polylines
+        bands = latitudes.bands
+        band_above = np.full(len(latitudes), -1, np.int64)
+        band_above[bands.polyline[~bands.is_parent]] = rows_of(bands.offsets)[~bands.is_parent]
+        for p in range(len(latitudes)):
+            length, count = float(polylines.lengths[p]), int(self._counts[p])
+            if latitudes.generation[p] == 0:
+                part = slice(polylines.offsets[p], polylines.offsets[p + 1])
+                stations = divide_border(polylines.points[part], polylines.stations[part], length, count)
+            else:
+                stations = divide_evenly(length, count, self._bind(p, int(band_above[p])))
+            self.nodes.append(stations)
+
+    def _bind(self, p: int, band: int) -> float:
+        """The turn of a child, in edges; zips its band if that is a plain one."""
+        count = int(self._counts[p])
+        index = self._foot_indices(p)
+        phase = _harmonic_phase(index, self._pattern)
+        if not self._plain[band]:
+            return phase
+        parent, is_left = self._parent_of(band)
+        n = int(self._counts[parent])
+        rising = unroll_feet(index, n)
+        if rising is None:
+            return phase
+        phases = phase + np.arange(_DIVISIONS) / _DIVISIONS
+        wanted = self._wanted_steps(parent, is_left)
+        division, tips = choose_tips(
+            feet_of_nodes(rising, count, phases),
+            n,
+            sits=self._pattern.child_sits,
+            wanted=np.ones(n, np.int64) if wanted is None else wanted,
+            matters=wanted is not None,
+        )
+        self._links_above[p] = np.bincount(tips % count, minlength=count) + 1
+        if _has_no_double_link(tips, count):
+            self.zips[band] = Zip(parent, p, is_left, tips)
+        return float(phases[division])
+
+    def _parent_of(self, band: int) -> tuple[int, bool]:
+        bands = self._latitudes.bands
+        side = bands.offsets[band]
+        return int(bands.polyline[side]), bool(bands.is_left[side])
+
+    def _wanted_steps(self, parent: int, is_left: bool) -> Optional[Ints]:
+        """How far the tip should advance at each node of the parent; None where nothing is wanted."""
+        if not self._pattern.has_diagonals:
+            return np.ones(int(self._counts[parent]), np.int64)
+        if parent not in self._links_above:
+            return None
+        links = self._links_above[parent]
+        own = links if is_left else np.roll(links[::-1], 1)
+        wanted: Ints = np.clip(_LINKS_OF_SIX - own - 1, 0, 2)
+        return wanted
+
+    def _foot_indices(self, p: int) -> Floats:
+        """Index of each sample's foot among the nodes of its parent, rising along the child."""
+        feet = self._feet
+        part = slice(feet.offsets[p], feet.offsets[p + 1])
+        parent, station, against = feet.parent[part], feet.station[part], feet.is_against[part]
+        index = np.empty(len(parent))
+        for q in np.unique(parent).tolist():
+            here = parent == q
+            index[here] = index_at(self.nodes[q], float(self._latitudes.polylines.lengths[q]), station[here])
+        return np.where(against, -index, index)
+
+
+def _plain_bands(latitudes: Latitudes) -> Bools:
+    """Bands between one parent and one child, with no handle."""
     bands = latitudes.bands
-    side = int(bands.offsets[band])
-    parent, child = int(bands.polyline[side]), int(bands.polyline[side + 1])
-    first = offsets_of([len(stations) for stations in nodes])
-    n, m = len(nodes[parent]), len(nodes[child])
-    own = first[child] + np.arange(m)
-    other = first[parent] + np.arange(n)
-    if not bands.is_left[side]:
-        other = np.roll(other[::-1], 1)  # index -i of the parent comes i-th
-    over = match_rings(_node_feet(latitudes, child, feet, nodes, n), n)
-    if over is None:
-        return None
-    i, j, is_parent = swap_diagonals(places[other], places[own], *zip_rings(over, m))
-    links = np.unique((i % n) * np.int64(m) + j % m)
-    if len(links) < n + m:
-        return None
-    return Zip(other[i % n], own[j % m], is_parent)
+    n_parents = np.bincount(rows_of(bands.offsets)[bands.is_parent], minlength=len(bands))
+    plain: Bools = (np.diff(bands.offsets) == 2) & (bands.euler == 0) & (n_parents == 1)
+    return plain
 
 
-def _node_feet(latitudes: Latitudes, child: int, feet: Feet, nodes: list[Floats], n_parent: int) -> Floats:
-    """Index on the parent of the foot of each node of the child, between those of the samples beside it."""
-    index = foot_indices(latitudes, child, feet, nodes)
-    at = nodes[child] / float(latitudes.polylines.lengths[child]) * len(index)
-    low = np.floor(at).astype(np.int64) % len(index)
-    step = index[(low + 1) % len(index)] - index[low]
-    step -= n_parent * np.rint(step / n_parent)
-    feet_of_nodes: Floats = index[low] + (at - np.floor(at)) * step
-    return feet_of_nodes
+def _harmonic_phase(index: Floats, pattern: Pattern) -> float:
+    """The turn, in edges, that brings most nodes to where the pattern wants them.
+
+    With ``index`` the feet's indices, a node of the child is well placed where ``index -
+    child_sits`` is whole.  As the index rises by about one from node to node, the sum of
+    the cosines of the misfit is one harmonic of the turn, and its peak is known outright.
+    """
+    misfit = np.exp(2j * np.pi * (index - pattern.child_sits)).reshape(-1, SAMPLES_PER_NODE)
+    turn = np.exp(-2j * np.pi * np.arange(SAMPLES_PER_NODE) / SAMPLES_PER_NODE)
+    return float(-np.angle((misfit * turn).sum()) / (2 * np.pi))
+
+
+def _has_no_double_link(tips: Ints, count: int) -> bool:
+    """Whether no node is linked twice with the same node: rings of few nodes might be."""
+    n = len(tips)
+    before = np.append(tips[-1] - count, tips[:-1])
+    i = np.repeat(np.arange(n), tips - before + 1)
+    within = np.arange(len(i)) - np.repeat(np.cumsum(tips - before + 1) - (tips - before + 1), tips - before + 1)
+    links = i * count + (before[i] + within) % count
+    return len(np.unique(links)) == len(links)

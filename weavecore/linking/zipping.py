@@ -1,9 +1,11 @@
-"""Zipping: the triangles between the two rings of a plain band (step one of Yan et al. 2016, §5).
+"""Zipping: the links between the two rings of a plain band (step one of Yan et al. 2016, §5).
 
-A zip walks once around both rings and advances on one of them at each step.  The node of
-the child that closes the triangle over a parent's edge is the one nearest to the middle
-of that edge; for two straight rows that is the Delaunay triangulation.  Swaps of single
-diagonals then mend what curvature makes of it.
+The triangle over each edge of the parent ends in one node of the child, its *tip*.  The tips rise with the edges, and
+they say all: a parent's node is linked to every child from the tip of the edge before it to the tip of
+the edge after it.  A tip above the middle of its edge makes an even triangle, and a node
+with two links to either side has six edges.  Where the child has fewer nodes some of the parent's nodes must do
+with one link; those that have three from their own parent are the ones to choose, for they have
+six edges all the same.  So irregular nodes are passed on from ring to ring instead of being made anew.
 """
 
 from __future__ import annotations
@@ -12,83 +14,123 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints
 
-_MOST_ROUNDS = 64
-_GAIN = 1e-9
+_IRREGULAR_COST = 1.0
+_EVEN_SLANT = 0.55
+_SLANT_COST = 20.0
+_REACH = 3
 
 
-def match_rings(feet: Floats, n_parent: int) -> Optional[Ints]:
-    """For each edge of the parent the node of the child over it, unrolled: (n,) rising.
+def unroll_feet(index: Floats, n_parent: int) -> Optional[Floats]:
+    """Indices of the feet of samples along a child, unrolled so that they rise; the first comes again at the end.
 
-    Parameters
-    ----------
-    feet : (m,) float64
-        Index on the parent of the foot of each node of the child, not yet unrolled.
-    n_parent : int
-
-    Returns
-    -------
-    (n,) int64 or None
-        Child ``k % m`` lies over edge ``i``, which runs from node ``i`` to ``i + 1``.  None
-        where the feet do not run around the parent once.
+    None where the feet do not run around the parent once, or run back by more than an edge.
     """
-    m = len(feet)
-    step = np.diff(np.append(feet, feet[0]))
+    step = np.diff(np.append(index, index[0]))
     step -= n_parent * np.rint(step / n_parent)
     if abs(step.sum() - n_parent) > 0.5:
         return None
-    rising = feet[0] + np.concatenate([[0.0], np.cumsum(step)[:-1]])
-    if np.max(np.maximum.accumulate(rising) - rising) > 1.5:
-        return None
-    rising = np.maximum.accumulate(rising)
-    turns = np.arange(-2, 3)
-    unrolled = (rising[None, :] + turns[:, None] * n_parent).ravel()
-    numbers = (np.arange(m)[None, :] + turns[:, None] * m).ravel()
-    middle = np.arange(n_parent) + np.ceil(rising[0]) + 0.5
-    after = np.searchsorted(unrolled, middle)
-    before = after - 1
-    nearer = np.where(middle - unrolled[before] < unrolled[after] - middle, before, after)
-    first = int(np.ceil(rising[0])) % n_parent
-    laps = int(np.ceil(rising[0])) // n_parent
-    over = numbers[nearer] - laps * m
-    return np.concatenate([over[n_parent - first :] - m, over[: n_parent - first]])
+    along = index[0] + np.concatenate([[0.0], np.cumsum(step)])
+    rising: Floats = np.maximum.accumulate(along)
+    return None if (rising - along).max() > 1.0 else rising
 
 
-def zip_rings(over: Ints, n_child: int) -> tuple[Ints, Ints, Bools]:
-    """The walk: nodes of parent and child before each of the n + m steps, and which steps are the parent's.
+def feet_of_nodes(rising: Floats, count: int, phases: Floats) -> Floats:
+    """Unrolled indices (phases, count) of the feet of equally spaced nodes that begin ``phase`` edges on."""
+    per_node = (len(rising) - 1) / count
+    turned = phases % 1.0
+    at = (np.arange(count)[None, :] + turned[:, None]) * per_node
+    return np.interp(at, np.arange(len(rising)), rising)
 
-    Indices are unrolled; the walk begins at parent 0.
+
+def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, matters: bool) -> tuple[int, Ints]:
+    """The best of several divisions of the child, and the tips over the parent's edges.
+
+    Parameters
+    ----------
+    feet : (d, m) float64
+        For each division the unrolled index on the parent of the foot of each of its nodes.
+    n_parent : int
+    sits : float
+        Where a tip is at its best: 0.5 over the middle of its edge, 0 over its first node.
+    wanted : (n,) int64
+        For each node of the parent how far the tip should advance there.
+    matters : bool
+        Whether that counts; on a border it does not.
+
+    Returns
+    -------
+    division : int
+    tips : (n,) int64
+        Unrolled: tip ``k`` is node ``k % m``; edge ``i`` runs from node ``i`` to ``i + 1``.
     """
-    n = len(over)
-    before = np.concatenate([[over[-1] - n_child], over[:-1]])
-    steps = over - before  # steps of the child while the walk stands at parent i
-    is_parent = np.zeros(n + int(steps.sum()), bool)
-    is_parent[np.cumsum(steps + 1) - 1] = True
-    i = np.concatenate([[0], np.cumsum(is_parent)[:-1]])
-    j = before[0] + np.concatenate([[0], np.cumsum(~is_parent)[:-1]])
-    return i, j, is_parent
+    m = feet.shape[1]
+    start = _calmest(wanted)
+    edge = start + np.arange(n_parent + 1)
+    base = _nearest(feet[0], n_parent, edge[:-1] + sits)
+    base = np.append(base, base[0] + m)
+    reach = np.arange(-_REACH, _REACH + 1)
+    child = base[:, None] + reach
+    slant = feet[:, child % m] + n_parent * (child // m) - (edge + sits)[:, None]
+    cost = slant**2 + _SLANT_COST * np.maximum(np.abs(slant) - _EVEN_SLANT, 0.0) ** 2
+    steps = np.arange(max(3, int(np.diff(base).max()) + 1) + 1)
+    excess = steps - wanted[edge[1:] % n_parent][:, None]
+    best, came = _cheapest_walk(cost, base, _IRREGULAR_COST * excess**2 if matters else 0.0 * excess)
+    division = int(np.argmin(best))
+    offset = np.empty(n_parent + 1, np.int64)
+    offset[-1] = np.argmin(cost[division, 0])
+    for i in range(n_parent, 0, -1):
+        offset[i - 1] = came[i - 1, division, offset[i]]
+    tips = (base + reach[offset])[:-1]
+    # Edges from the start on to the last, then those before the start, one turn on.
+    return division, np.concatenate([tips[n_parent - start :] - m, tips[: n_parent - start]])
 
 
-def swap_diagonals(parent: Floats, child: Floats, i: Ints, j: Ints, is_parent: Bools) -> tuple[Ints, Ints, Bools]:
-    """Exchange neighbouring steps wherever the link between them becomes shorter."""
-    n, m, size = len(parent), len(child), len(is_parent)
-    i, j, is_parent = i.copy(), j.copy(), is_parent.copy()
-    quiet = 0
-    for turn in range(_MOST_ROUNDS):
-        at = np.arange(turn % 2, size - 1, 2)
-        at = at[is_parent[at] != is_parent[at + 1]]
-        # The link before step at + 1 is the one that the two steps share.
-        old_i, old_j = i[at + 1], j[at + 1]
-        new_i = np.where(is_parent[at], old_i - 1, old_i + 1)
-        new_j = np.where(is_parent[at], old_j + 1, old_j - 1)
-        old = np.linalg.norm(parent[old_i % n] - child[old_j % m], axis=1)
-        new = np.linalg.norm(parent[new_i % n] - child[new_j % m], axis=1)
-        better = new < old * (1 - _GAIN)
-        at = at[better]
-        i[at + 1], j[at + 1] = new_i[better], new_j[better]
-        is_parent[at], is_parent[at + 1] = is_parent[at + 1], is_parent[at].copy()
-        quiet = 0 if len(at) else quiet + 1
-        if quiet == 2:
-            break
-    return i, j, is_parent
+def _calmest(wanted: Ints) -> int:
+    """The edge that lies furthest from any node where the tip should not advance by one."""
+    n = len(wanted)
+    odd = np.flatnonzero(wanted != 1)
+    if len(odd) == 0:
+        return 0
+    gap = np.diff(np.append(odd, odd[0] + n))
+    widest = int(np.argmax(gap))
+    return int(odd[widest] + gap[widest] // 2) % n
+
+
+def _nearest(feet: Floats, n_parent: int, places: Floats) -> Ints:
+    """Unrolled node of the child whose foot is nearest to each of the rising places, less than a turn apart."""
+    m = len(feet)
+    turns = np.arange(-3, 4)
+    unrolled = (feet + (turns * n_parent)[:, None]).ravel()
+    number = (np.arange(m) + (turns * m)[:, None]).ravel()
+    # The feet begin anywhere; turns are counted from the first place.
+    lap = int(np.floor((places[0] - feet[0]) / n_parent))
+    middle = places - lap * n_parent
+    after = np.searchsorted(unrolled, middle)
+    nearer = np.where(middle - unrolled[after - 1] < unrolled[after] - middle, after - 1, after)
+    nearest: Ints = number[nearer] + lap * m
+    return nearest
+
+
+def _cheapest_walk(cost: Floats, base: Ints, step_cost: Floats) -> tuple[Floats, Ints]:
+    """Least cost of each division, and for each edge and tip the tip that it is best reached from.
+
+    The first tip is the cheapest one, and the last is the same one turn later.
+    """
+    n_divisions, n_edges, width = cost.shape
+    first = np.argmin(cost[:, 0], axis=1)
+    row = np.arange(n_divisions)
+    total = np.full((n_divisions, width), np.inf)
+    total[row, first] = 0.0
+    came = np.zeros((n_edges - 1, n_divisions, width), np.int64)
+    steps = np.arange(step_cost.shape[1])
+    rise = np.diff(base)
+    for i in range(1, n_edges):
+        source = np.arange(width)[:, None] + rise[i - 1] - steps
+        inside = (source >= 0) & (source < width)
+        reached = np.where(inside, total[:, np.where(inside, source, 0)] + step_cost[i - 1], np.inf)
+        pick = reached.argmin(axis=2)
+        came[i - 1] = source[np.arange(width), pick]
+        total = np.take_along_axis(reached, pick[:, :, None], axis=2)[:, :, 0] + cost[:, i]
+    return total[row, first], came
