@@ -43,6 +43,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
     try:
         with _one_line_errors():
             app(arguments, prog_name="weavecore")
+        sys.exit(0)
     finally:
         # A reader that has gone away, as head does, is no error; without this Python would complain at its end.
         try:

@@ -14,7 +14,7 @@ from weavecore.viewing.camera import Camera, look_at
 from weavecore.viewing.choosing import choose_view
 from weavecore.viewing.png import encode_png
 from weavecore.viewing.raster import Buffer, draw_triangles, planes_over
-from weavecore.viewing.rods import draw_rods, see_rods
+from weavecore.viewing.rods import SeenRods, draw_rods, see_rods
 from weavecore.viewing.scene import Drawable, Scene, scene_of
 from weavecore.viewing.shading import (
     INSIDE,
@@ -34,8 +34,11 @@ _SAMPLES = 2
 
 _MARGIN = 0.06
 _LARGEST = 8192
-_FULL_SHADE, _SHADE_REACH = 0.22, 0.02
-"""A step of this part of the subject's size gives full shade, within this part of the picture's width."""
+_ROD_SHADE = (0.002, 5.0)
+"""The same of the shade beside a rod, the step in its radii."""
+
+_SHADES = ((0.02, 0.22), (0.005, 0.22))
+"""How far shades reach, in parts of the picture's width, and the step of full shade, in parts of the subject's size."""
 
 _LEAST_PIXELS, _MOST_PIXELS = 0.6, 4.5
 """Radius of a rod in a picture of 1600 pixels' width: it can be seen, and leaves room between."""
@@ -77,14 +80,16 @@ def draw_pixels(
     samples = (width * _SAMPLES, height * _SAMPLES)
     camera = look_at(scene.vertices, direction, samples, margin=_MARGIN)
     colours = np.repeat(background(samples[1]), samples[0], axis=0)
-    nearness = _draw_surface(scene, camera, samples, colours)
-    nearness = _draw_rods(scene, camera, samples, colours, nearness)
-    shade = _shade(nearness, samples, scene.size)
+    surface = _draw_surface(scene, camera, samples, colours)
+    radius = _visible_radius(scene, camera, samples[0])
+    rods = see_rods(camera, scene.starts, scene.ends, radius)
+    nearness = _draw_rods(scene, camera, rods, colours, surface)
+    shade = _shade(nearness, samples, scene.size, float(np.median(radius)) if len(radius) else scene.size)
     return np.rint(_by_pixel(colours, samples, np.add) / _SAMPLES**2 * shade[..., None]).astype(np.uint8)
 
 
-def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours) -> Nearness:
-    """Colour the samples in which the surface is seen; return its nearness."""
+def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours) -> Buffer:
+    """Colour the samples in which the surface is seen; return where it is."""
     place, nearness = camera.project(scene.vertices)
     corners = place[scene.triangles]
     buffer = Buffer(samples)
@@ -96,16 +101,19 @@ def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colour
     for at, triangle, column, row in buffer.seen():
         bright = a[triangle] * (column + 0.5) + b[triangle] * (row + 0.5) + c[triangle]
         colours[at] = ramps[tone[triangle] + np.clip(bright, 0, 255).astype(np.int64)]
-    return buffer.nearness
+    return buffer
 
 
-def _draw_rods(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours, surface: Nearness) -> Nearness:
+def _visible_radius(scene: Scene, camera: Camera, width: int) -> Floats:
+    """The radius of each rod, neither too thin to be seen nor too thick to leave room between."""
+    distance = float(np.linalg.norm(camera.eye - scene.vertices.mean(0)))
+    pixel = width / 1600 * distance / camera.scale
+    return np.clip(scene.radius, _LEAST_PIXELS * pixel, _MOST_PIXELS * pixel)
+
+
+def _draw_rods(scene: Scene, camera: Camera, rods: SeenRods, colours: Colours, before: Buffer) -> Nearness:
     """Colour the samples in which a rod is seen before the surface; return what is nearest of both."""
-    middle = 1 / float(np.linalg.norm(camera.eye - scene.vertices.mean(0)))
-    pixel = _SAMPLES * samples[0] / _SAMPLES / 1600 / (camera.scale * middle)
-    radius = np.clip(scene.radius, _LEAST_PIXELS * pixel, _MOST_PIXELS * pixel)
-    rods = see_rods(camera, scene.starts, scene.ends, radius)
-    buffer = Buffer(samples, before=surface)
+    buffer = Buffer((before.width, before.height), before=before.nearness)
     draw_rods(buffer, rods)
     tint = scene.colours.astype(np.float32)
     for at, rod, column, row in buffer.seen():
@@ -115,12 +123,14 @@ def _draw_rods(scene: Scene, camera: Camera, samples: tuple[int, int], colours: 
     return buffer.nearness
 
 
-def _shade(nearness: Nearness, samples: tuple[int, int], size: float) -> Numbers:
+def _shade(nearness: Nearness, samples: tuple[int, int], size: float, radius: float) -> Numbers:
     """What is left of the light at each pixel behind nearer things."""
     nearest = _by_pixel(nearness, samples, np.maximum)
     covered = nearest > 0
     distance = np.divide(1, nearest, out=np.zeros_like(nearest), where=covered)
-    return darkening(distance / np.float32(_FULL_SHADE * size), covered, samples[0] / _SAMPLES * _SHADE_REACH)
+    width = samples[0] / _SAMPLES
+    scales = [(reach * width, step * size) for reach, step in _SHADES]
+    return darkening(distance, covered, [*scales, (_ROD_SHADE[0] * width, _ROD_SHADE[1] * radius)])
 
 
 def _by_pixel(values: NDArray[np.float32], samples: tuple[int, int], join: np.ufunc) -> NDArray[np.float32]:

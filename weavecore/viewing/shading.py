@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -83,7 +84,7 @@ def background(height: int) -> Colours:
     return (np.array(_SKY_TOP) * (1 - part) + np.array(_SKY_BOTTOM) * part).astype(np.float32)
 
 
-def darkening(distance: Numbers, covered: Bools, reach: float) -> Numbers:
+def darkening(distance: Numbers, covered: Bools, scales: Iterable[tuple[float, float]]) -> Numbers:
     """How much light (height, width) reaches places that lie behind what is beside them in the picture.
 
     Luft, Colditz and Deussen 2006: unsharp masking of the depth buffer.
@@ -91,20 +92,21 @@ def darkening(distance: Numbers, covered: Bools, reach: float) -> Numbers:
     Parameters
     ----------
     distance : (height, width) float32
-        From the eye, in units in which a step of 1 gives full shade.
+        From the eye.
     covered : (height, width) bool
         Where there is anything.
-    reach : float
-        How far the shade reaches, in pixels.
+    scales : pairs of float
+        How far a shade reaches, in pixels, and the step in distance that gives a full one.
     """
     shade = np.zeros_like(distance)
-    for sigma in (reach, reach / 4):
+    for sigma, step_of_full_shade in scales:
         # A blur needs no more pixels than a few for each sigma.
         step = max(int(sigma / 2), 1)
         weight = gaussian_filter(covered[::step, ::step].astype(np.float32), sigma / step, truncate=2.5)
         total = gaussian_filter(np.where(covered, distance, 0)[::step, ::step], sigma / step, truncate=2.5)
         mean = total / np.maximum(weight, 1e-4)
-        shade += np.clip(distance - _enlarged(mean, step, distance.shape), 0, 1)
+        behind = (distance - _enlarged(mean, step, distance.shape)) / step_of_full_shade
+        shade += np.clip(behind, 0, 1)
     light: Numbers = np.where(covered, 1 - _DEEPEST_SHADE * np.minimum(shade, 1), 1)
     return light
 
