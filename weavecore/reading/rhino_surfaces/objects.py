@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 from weavecore.errors import NonFinite, Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.reading.rhino_surfaces.brep_mesh import mesh_brep
+from weavecore.reading.rhino_surfaces.joining import join_shapes
 from weavecore.reading.rhino_surfaces.meshed import MeshedObject
 from weavecore.reading.rhino_surfaces.shape import brep_shape
+from weavecore.reading.rhino_surfaces.stitching import join_meshes, split_parts
 from weavecore.reading.rhino_surfaces.subd import mesh_subd
 
 MESHED_KINDS = ("Brep", "Extrusion", "Surface", "SubD")
@@ -68,6 +70,47 @@ def mesh_object(
     if progress is not None:
         progress(1.0, "Meshed")
     return meshed
+
+
+def mesh_objects(
+    geometries: Sequence[Any],
+    *,
+    tolerance: float,
+    transforms: Sequence[ArrayLike | None] | None = None,
+    edge_target: float | None = None,
+    chord: float | None = None,
+    progress: Callable[[float, str], None] | None = None,
+) -> MeshedObject:
+    """Mesh several surfaces as one, joined where their edges coincide.
+
+    Surfaces of all kinds but SubDs are joined edge to edge before they are meshed, so that both sides share their
+    vertices; what coincides only in part, and SubDs, is stitched afterwards (see `join_meshes`).
+
+    Parameters
+    ----------
+    geometries : sequence of rhino3dm geometry
+    tolerance : float
+        How far apart edges that are meant to coincide may lie: the model's absolute tolerance.
+    transforms : sequence of (4, 4) array_like or None, optional
+        Moves each of them first.
+    edge_target, chord, progress
+        As in `mesh_object`.
+
+    Raises
+    ------
+    Unsupported, Unreadable, NonFinite, Degenerate, TooMuchWork, NotOrientable
+    """
+    moved = [_checked_transform(t) for t in (transforms or [None] * len(geometries))]
+    pairs = list(zip(geometries, moved))
+    shapes = [brep_shape(as_brep(g), t) for g, t in pairs if type(g).__name__ != "SubD"]
+    meshes = []
+    if shapes:
+        joined = join_shapes(shapes, tolerance)
+        meshes.append(mesh_brep(joined, edge_target=edge_target, chord=chord, tolerance=tolerance, progress=progress))
+    meshes += [
+        mesh_subd(g, edge_target=edge_target, chord=chord, transform=t) for g, t in pairs if type(g).__name__ == "SubD"
+    ]
+    return join_meshes(split_parts(meshes), tolerance=tolerance)
 
 
 def as_brep(geometry: Any) -> Any:
