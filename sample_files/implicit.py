@@ -25,7 +25,7 @@ def implicit_surface(
     edge : float
         The wanted length of an edge.
     """
-    vertices, faces = march(surface, low, high, edge * 1.1)
+    vertices, faces = march(surface, low, high, edge * 1.6)
     vertices = project(vertices, (surface,))
     if region is not None:
         vertices, faces = trim(vertices, faces, region(vertices))
