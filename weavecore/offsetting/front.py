@@ -16,8 +16,9 @@ from weavecore.offsetting.rays import Rays, advance, offer_start
 from weavecore.offsetting.records import Records
 from weavecore.offsetting.seeds import RAY_SPACING
 
+WIDEST = 1.0
 WIDE_GAP = 1.5  # ray spacings from which on a gap is filled
-LOST_GAP = 4.0  # ray spacings from which on two rays are not of one front
+LOST_GAP = 8.0  # ray spacings from which on two rays are not of one front
 LOOK_BACK = 1.5  # mean edge lengths behind a new ray at which its distance is checked
 MOST_GAIN = 0.1  # mean edge lengths that a new ray may be ahead of what lies behind it
 STEEPEST = 0.95  # cosine to the edge of the flattest direction in which a lagging front goes on
@@ -36,7 +37,7 @@ class Look:
         self.aside = self.points[self.next] - self.points
         self.gap = np.where(self.linked, np.sqrt(np.einsum("ij,ij->i", self.aside, self.aside)), -1.0)
         ends = frames.tail[rays.halfedge], frames.head[rays.halfedge]
-        self.spacing = RAY_SPACING * np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]])
+        self.spacing = RAY_SPACING * np.minimum(np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]]), WIDEST)
 
 
 def measure_growth(rays: Rays, look: Look, advance_made: float) -> None:
