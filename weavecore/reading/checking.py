@@ -11,7 +11,9 @@ from weavecore.errors import BadIndex, Degenerate, NonFinite, TooFarFromOrigin
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.reading.raw import RawMesh
 
-_LARGEST = 1e100
+_LARGEST, _SMALLEST = 1e50, 1e-50
+"""Beyond these an area squared, or a volume, is no number any more."""
+
 _COARSEST = 0.01
 
 
@@ -23,6 +25,8 @@ def checked_vertices(vertices: NDArray[Any]) -> Floats:
     NonFinite, TooFarFromOrigin, Degenerate
     """
     array = np.asarray(vertices)
+    if array.dtype.kind not in "iuf":
+        raise NonFinite("Coordinates that are no numbers", remedy="Give three numbers for each vertex.")
     if array.ndim != 2 or array.shape[1:] != (3,):
         if array.size == 0:
             raise Degenerate("The mesh has no vertices", remedy="Give a surface that has an area.")
@@ -85,14 +89,16 @@ def check_resolution(points: Floats, triangles: Ints, epsilon: float) -> None:
 
     Raises
     ------
-    TooFarFromOrigin
+    TooFarFromOrigin, Degenerate
     """
-    step = epsilon * float(np.abs(points).max(initial=0.0))
     ends = points[triangles]
+    furthest, extent = float(np.abs(ends).max()), float(np.ptp(ends, axis=(0, 1)).max())
+    if extent < _SMALLEST:
+        raise Degenerate(f"The surface is only {extent:.2g} large", remedy="Give a surface that has an area.")
+    step = epsilon * furthest
     edge = float(np.median(np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2)))
     if step > _COARSEST * edge:
         raise TooFarFromOrigin(
-            f"Coordinates up to {np.abs(points).max():.3g} are kept in steps of {step:.2g}, "
-            f"too coarse for edges of {edge:.3g}",
+            f"Coordinates up to {furthest:.3g} are kept in steps of {step:.2g}, too coarse for edges of {edge:.3g}",
             remedy="Move the surface nearer to the origin before saving it.",
         )

@@ -19,6 +19,7 @@ from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.model import SurfaceMesh
 from weavecore.reading.cutting import cut_along
 from weavecore.reading.raw import Plane
+from weavecore.reading.wording import counted
 from weavecore.tolerances import LEAST_CUT_OFF
 
 _SHARES = 0.5 + 0.04 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5])
@@ -61,10 +62,7 @@ def cut_closed_parts(surface: SurfaceMesh, *, plane: Optional[Plane] = None) -> 
     if heights is not None and n_met == 0:
         raise Degenerate("The plane meets no closed part of the surface", remedy="Move it, or leave it away.")
     cut = cut_along(surface.vertices, surface.faces, surface.twins, level)
-    said = (
-        f"Cut {len(parts)} closed part{'s' * (len(parts) > 1)} in two "
-        f"along {len(cut.loops)} loop{'s' * (len(cut.loops) > 1)}."
-    )
+    said = f"Cut {counted(len(parts), 'closed part')} in two along {counted(len(cut.loops), 'loop')}."
     return replace(surface, vertices=cut.vertices, faces=cut.faces, cuts=cut.loops, mendings=(*surface.mendings, said))
 
 

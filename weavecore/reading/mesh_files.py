@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Callable
 
-from weavecore.errors import NoSurface, TooMuchWork, Unreadable
+from weavecore.errors import NoSurface, TooMuchWork, Unreadable, WeaveError
 from weavecore.files import PathLike
 from weavecore.reading.obj_file import read_obj
 from weavecore.reading.off_file import read_off
@@ -24,6 +24,7 @@ MESH_READERS: Mapping[str, Callable[[bytes], RawMesh]] = MappingProxyType(
     {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
 )
 MOST_BYTES = 1 << 30
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def read_mesh_file(path: PathLike) -> RawMesh:
@@ -34,7 +35,14 @@ def read_mesh_file(path: PathLike) -> RawMesh:
     Unreadable, Unsupported, TooMuchWork, BadIndex, NoSurface
     """
     file = Path(path)
-    raw = MESH_READERS[file.suffix.lower()](read_bytes(path))
+    data = read_bytes(path)
+    data = data[3:] if data.startswith(_BYTE_ORDER_MARK) else data
+    try:
+        raw = MESH_READERS[file.suffix.lower()](data)
+    except WeaveError:
+        raise
+    except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:
+        raise Unreadable(f"{path} is damaged ({error})", remedy="Export the file again.") from error
     if len(raw.faces) == 0:
         raise NoSurface(
             f"{file.name} has {len(raw.vertices)} vertices and no faces",

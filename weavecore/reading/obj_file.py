@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Ints
-from weavecore.reading.polygons import faces_of_polygons
+from weavecore.reading.polygons import mesh_of_polygons
 from weavecore.reading.raw import RawMesh
 from weavecore.reading.text import damaged, to_ints, to_points
 
@@ -37,8 +37,7 @@ def read_obj(data: bytes) -> RawMesh:
         corners = np.where(corners < 0, above + corners, corners - 1)
     else:
         corners = corners - 1
-    faces, ids = faces_of_polygons(points, corners, counts)
-    return RawMesh(points, faces, ids)
+    return mesh_of_polygons(points, corners, counts)
 
 
 def _vertices_above(lines: list[bytes]) -> Ints:

@@ -8,7 +8,7 @@ import numpy as np
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Ints
-from weavecore.reading.polygons import faces_of_polygons
+from weavecore.reading.polygons import mesh_of_polygons
 from weavecore.reading.raw import RawMesh
 from weavecore.reading.text import damaged, to_ints, to_points
 
@@ -28,8 +28,7 @@ def read_off(data: bytes) -> RawMesh:
         raise damaged(f"The header promises {n_vertices} vertices and {n_faces} faces, and the file has less")
     points = to_points(lines[first : first + n_vertices], "vertex")
     corners, counts = _polygons(lines[first + n_vertices : first + n_vertices + n_faces])
-    faces, ids = faces_of_polygons(points, corners, counts)
-    return RawMesh(points, faces, ids)
+    return mesh_of_polygons(points, corners, counts)
 
 
 def _header(lines: list[bytes]) -> tuple[int, int, int]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.reading.polygons import faces_of_polygons
+from weavecore.reading.polygons import mesh_of_polygons
 from weavecore.reading.raw import DOUBLE, SINGLE, RawMesh
 from weavecore.reading.text import damaged, to_floats, to_ints
 
@@ -69,8 +69,7 @@ def read_ply(data: bytes) -> RawMesh:
             reader.skip(element)
         if len(points) and len(counts):
             break
-    faces, ids = faces_of_polygons(points, corners, counts)
-    return RawMesh(points, faces, ids, epsilon=epsilon)
+    return mesh_of_polygons(points, corners, counts, epsilon=epsilon)
 
 
 def _epsilon(element: _Element, order: str) -> float:
@@ -158,6 +157,8 @@ class _BinaryBody:
         self._order = order
 
     def skip(self, element: _Element) -> None:
+        if not element.properties:
+            return
         if any(p.length_kind for p in element.properties):
             self._walk(element)
         else:
@@ -189,6 +190,8 @@ class _BinaryBody:
     def _alike(self, element: _Element) -> NDArray[np.void] | None:
         """The elements as a table, if each of their lists is as long as that of the first element."""
         lengths = self._first_lengths(element)
+        if any(n > len(self._data) for n in lengths.values()):
+            return None
         row = self._row_type(element, lengths)
         size = row.itemsize * element.count
         if element.count == 0 or self._at + size > len(self._data):

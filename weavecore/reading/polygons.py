@@ -10,12 +10,14 @@ import numpy as np
 
 from weavecore.errors import BadIndex, Unsupported
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.reading.raw import DOUBLE, RawMesh
+from weavecore.reading.wording import counted
 
 MOST_CORNERS = 256
 
 
-def faces_of_polygons(points: Floats, corners: Ints, counts: Ints) -> tuple[Ints, Ints]:
-    """Faces (F, 4) as `RawMesh` has them, and the polygon (F,) of each.
+def mesh_of_polygons(points: Floats, corners: Ints, counts: Ints, *, epsilon: float = DOUBLE) -> RawMesh:
+    """The mesh of polygons of any kind.
 
     Parameters
     ----------
@@ -24,17 +26,39 @@ def faces_of_polygons(points: Floats, corners: Ints, counts: Ints) -> tuple[Ints
         Corners of all polygons, one polygon after the other.
     counts : (P,) int64
         How many corners each has; those with less than three give no face.
+    epsilon : float
+        As in `RawMesh`.
 
     Raises
     ------
     BadIndex, Unsupported
     """
     offsets = offsets_of(counts)
-    outside = (corners < 0) | (corners >= len(points))
+    _check(corners, counts, offsets, len(points))
+    parts, rows = [np.empty((0, 4), np.int64)], [np.empty(0, np.int64)]
+    for n in sorted(set(counts.tolist()) - {0, 1, 2}):
+        which = np.flatnonzero(counts == n)
+        polygons = corners[offsets[which][:, None] + np.arange(n)]
+        faces = polygons if n == 4 else np.repeat(clip_ears(points, polygons), [1, 1, 2], axis=2).reshape(-1, 4)
+        parts.append(faces)
+        rows.append(np.repeat(which, len(faces) // len(which)))
+    order = np.argsort(np.concatenate(rows), kind="stable")
+    notes = []
+    if (counts > 4).any():
+        notes.append(f"Split {counted(int((counts > 4).sum()), 'face')} with more than four corners into triangles.")
+    if (counts < 3).any():
+        notes.append(f"Dropped {counted(int((counts < 3).sum()), 'face')} with less than three corners.")
+    return RawMesh(
+        points, np.concatenate(parts)[order], np.concatenate(rows)[order], notes=tuple(notes), epsilon=epsilon
+    )
+
+
+def _check(corners: Ints, counts: Ints, offsets: Ints, n_points: int) -> None:
+    outside = (corners < 0) | (corners >= n_points)
     if outside.any():
         bad = np.searchsorted(offsets, np.flatnonzero(outside), side="right") - 1
         raise BadIndex(
-            f"Faces that name vertices beyond the {len(points)} that there are",
+            f"Faces that name vertices beyond the {n_points} that there are",
             remedy="Repair the mesh: its face list does not fit its vertices.",
             ids=sorted(set(bad.tolist())),
             kind="face",
@@ -46,15 +70,6 @@ def faces_of_polygons(points: Floats, corners: Ints, counts: Ints) -> tuple[Ints
             ids=np.flatnonzero(counts > MOST_CORNERS).tolist(),
             kind="face",
         )
-    parts, rows = [np.empty((0, 4), np.int64)], [np.empty(0, np.int64)]
-    for n in sorted(set(counts.tolist()) - {0, 1, 2}):
-        which = np.flatnonzero(counts == n)
-        polygons = corners[offsets[which][:, None] + np.arange(n)]
-        faces = polygons if n == 4 else np.repeat(clip_ears(points, polygons), [1, 1, 2], axis=2).reshape(-1, 4)
-        parts.append(faces)
-        rows.append(np.repeat(which, len(faces) // len(which)))
-    order = np.argsort(np.concatenate(rows), kind="stable")
-    return np.concatenate(parts)[order], np.concatenate(rows)[order]
 
 
 def clip_ears(points: Floats, polygons: Ints) -> Ints:

@@ -13,7 +13,7 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from weavecore.errors import Degenerate, NonManifold
+from weavecore.errors import NonManifold
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.equal_rows import first_equal_point, first_equal_row
 from weavecore.model import SurfaceMesh
@@ -23,7 +23,8 @@ from weavecore.reading.mates import fans_of_corners, find_mates
 from weavecore.reading.orientation import unify_orientation
 from weavecore.reading.quads import split_faces
 from weavecore.reading.raw import DOUBLE, Plane, RawMesh
-from weavecore.reading.slivers import find_caps, flip_caps, needle_welds, without_collapsed
+from weavecore.reading.slivers import drop_slivers
+from weavecore.reading.wording import counted
 
 
 def surface_from_arrays(
@@ -76,11 +77,13 @@ def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None, is_cut: bool = Tr
     said = list(raw.notes)
     faces, row = split_faces(points, polygons)
     if len(faces) > len(polygons):
-        said.append(f"Split {_count(len(faces) - len(polygons), 'quad')} into triangles.")
+        said.append(f"Split {counted(len(faces) - len(polygons), 'quad')} into triangles.")
     ids = ids[row]
     check_resolution(points, faces, raw.epsilon)
     place = first_equal_point(points)
-    faces, ids, place = _drop_faces_without_area(points, faces, ids, place, said)
+    faces, ids, place, n_dropped = drop_slivers(points, faces, place, ids)
+    if n_dropped:
+        said.append(f"Dropped {counted(n_dropped, 'face')} without area.")
     faces, ids = _drop_repeated(faces, ids, place, said)
     mates, crowded = find_mates(faces, place)
     if len(crowded):
@@ -98,23 +101,6 @@ def repair(raw: RawMesh, *, cut_plane: Optional[Plane] = None, is_cut: bool = Tr
     return cut_closed_parts(surface, plane=cut_plane) if is_cut else surface
 
 
-def _drop_faces_without_area(
-    points: Floats, faces: Ints, ids: Ints, place: Ints, said: list[str]
-) -> tuple[Ints, Ints, Ints]:
-    place = needle_welds(points, faces, place)
-    keep = without_collapsed(faces, place)
-    faces, ids = faces[keep], ids[keep]
-    n_caps = int(find_caps(points, faces).sum())
-    if n_caps:
-        faces, ids = flip_caps(points, faces, place, ids)
-    n_dropped = int((~keep).sum()) + n_caps
-    if n_dropped:
-        said.append(f"Dropped {_count(n_dropped, 'face')} without area.")
-    if len(faces) == 0:
-        raise Degenerate("No face has an area", remedy="Give a surface that has an area.")
-    return faces, ids, place
-
-
 def _drop_repeated(faces: Ints, ids: Ints, place: Ints, said: list[str]) -> tuple[Ints, Ints]:
     """Drop faces that repeat another, and connected parts that lie on others face for face."""
     keep = _first_of_each(faces)
@@ -122,7 +108,7 @@ def _drop_repeated(faces: Ints, ids: Ints, place: Ints, said: list[str]) -> tupl
     keep_part = ~_lies_on_others(faces, place)
     n_dropped = int((~keep).sum() + (~keep_part).sum())
     if n_dropped:
-        said.append(f"Dropped {_count(n_dropped, 'face')} that repeat others.")
+        said.append(f"Dropped {counted(n_dropped, 'face')} that repeat others.")
     return faces[keep_part], ids[keep_part]
 
 
@@ -206,23 +192,18 @@ def _crowded(faces: NDArray[Any]) -> NonManifold:
 def _turned(n_odd: int, n_inside_out: int) -> list[str]:
     said = []
     if n_odd:
-        said.append(f"Turned {_count(n_odd, 'face')} to look to the side of the others.")
+        said.append(f"Turned {counted(n_odd, 'face')} to look to the side of the others.")
     if n_inside_out:
-        said.append(f"Turned a closed part of {_count(n_inside_out, 'face')} to look outwards.")
+        said.append(f"Turned a closed part of {counted(n_inside_out, 'face')} to look outwards.")
     return said
 
 
 def _welded(n_welded: int, n_apart: int, n_unused: int) -> list[str]:
     said = []
     if n_welded > 0:
-        said.append(f"Welded {_count(n_welded, 'vertex')} to others in the same place.")
+        said.append(f"Welded {counted(n_welded, 'vertex')} to others in the same place.")
     if n_apart:
-        said.append(f"Left {_count(n_apart, 'vertex')} apart from others in the same place: sheets only touch there.")
+        said.append(f"Left {counted(n_apart, 'vertex')} apart from others in the same place: sheets only touch there.")
     if n_unused:
-        said.append(f"Dropped {_count(n_unused, 'vertex')} that no face uses.")
+        said.append(f"Dropped {counted(n_unused, 'vertex')} that no face uses.")
     return said
-
-
-def _count(n: int, noun: str) -> str:
-    plural = {"vertex": "vertices"}.get(noun, noun + "s")
-    return f"{n:,} {noun if n == 1 else plural}"

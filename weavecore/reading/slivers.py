@@ -19,47 +19,59 @@ _MOST_ROUNDS = 200
 _STEPS = 4
 
 
-def without_collapsed(faces: Ints, place: Ints) -> Bools:
-    """Which faces (F,) have their three corners in three places."""
-    a, b, c = place[faces].T
-    keep: Bools = (a != b) & (b != c) & (c != a)
-    return keep
+def drop_slivers(points: Floats, faces: Ints, place: Ints, ids: Ints) -> tuple[Ints, Ints, Ints, int]:
+    """Faces (F, 3) that all have an area, their ids and places, and how many faces without area there were.
 
-
-def find_caps(points: Floats, faces: Ints) -> Bools:
-    """Which faces (F,) are thinner than the coordinates can tell from a line."""
-    onward = np.roll(points[faces], -1, axis=1) - points[faces]
-    longest = np.linalg.norm(onward, axis=2).max(1)
-    doubled_area = np.linalg.norm(np.cross(onward[:, 0], onward[:, 1]), axis=1)
-    thin: Bools = doubled_area <= longest * _zero(points)
-    return thin
-
-
-def needle_welds(points: Floats, faces: Ints, place: Ints) -> Ints:
-    """Places with the ends of edges as short as the step of the coordinates made one, where a cap has such an edge."""
-    caps = faces[find_caps(points, faces)]
-    onward = np.linalg.norm(np.roll(points[caps], -1, axis=1) - points[caps], axis=2)
-    corner = onward.argmin(1)
-    row = np.flatnonzero(onward.min(1) <= _zero(points))
-    start, end = place[caps[row, corner[row]]], place[caps[row, (corner[row] + 1) % 3]]
-    return _joined(place, start, end) if len(row) else place
-
-
-def flip_caps(points: Floats, faces: Ints, place: Ints, ids: Ints) -> tuple[Ints, Ints]:
-    """Faces and their ids without caps.
+    A corner of a cap that is as near to another as the coordinates can tell is taken to be in its place.
 
     Raises
     ------
     Degenerate
-        Where caps lie in such a tangle that flipping comes to no end.
+        Where caps lie in such a tangle that flipping comes to no end, or nothing is left.
     """
-    near = _touching(faces, place, find_caps(points, faces))
-    far, far_ids = faces[~near], ids[~near]
+    step = _STEPS * float(np.finfo(np.float64).eps) * float(np.abs(points[faces]).max(initial=0.0))
+    is_cap = _find_caps(points, faces, step)
+    place = _needle_welds(points, faces[is_cap], place, step)
+    keep = _in_three_places(faces, place)
+    n_dropped = int((~keep | is_cap).sum())
+    faces, ids, is_cap = faces[keep], ids[keep], is_cap[keep]
+    if is_cap.any():
+        faces, ids = _flip_caps(points, faces, place, ids, _touching(faces, place, is_cap), step)
+    if len(faces) == 0:
+        raise Degenerate("No face has an area", remedy="Give a surface that has an area.")
+    return faces, ids, place, n_dropped
+
+
+def _in_three_places(faces: Ints, place: Ints) -> Bools:
+    a, b, c = place[faces].T
+    distinct: Bools = (a != b) & (b != c) & (c != a)
+    return distinct
+
+
+def _find_caps(points: Floats, faces: Ints, step: float) -> Bools:
+    """Which faces (F,) are thinner than the coordinates can tell from a line."""
+    onward = np.roll(points[faces], -1, axis=1) - points[faces]
+    longest = np.linalg.norm(onward, axis=2).max(1)
+    doubled_area = np.linalg.norm(np.cross(onward[:, 0], onward[:, 1]), axis=1)
+    thin: Bools = doubled_area <= longest * step
+    return thin
+
+
+def _needle_welds(points: Floats, caps: Ints, place: Ints, step: float) -> Ints:
+    """Places (V,) with the ends of edges of caps that are no longer than ``step`` made one."""
+    onward = np.linalg.norm(np.roll(points[caps], -1, axis=1) - points[caps], axis=2)
+    row, corner = np.nonzero(onward <= step)
+    start, end = place[caps[row, corner]], place[caps[row, (corner + 1) % 3]]
+    return _joined(place, start, end) if (start != end).any() else place
+
+
+def _flip_caps(points: Floats, faces: Ints, place: Ints, ids: Ints, near: Bools, step: float) -> tuple[Ints, Ints]:
+    """Faces and their ids without caps; ``near`` (F,) are those that a cap touches, and caps."""
     work, work_ids = faces[near], ids[near]
     for _ in range(_MOST_ROUNDS):
-        caps = np.flatnonzero(find_caps(points, work))
+        caps = np.flatnonzero(_find_caps(points, work, step))
         if len(caps) == 0:
-            return np.concatenate([far, work]), np.concatenate([far_ids, work_ids])
+            return np.concatenate([faces[~near], work]), np.concatenate([ids[~near], work_ids])
         work, work_ids = _flip_round(points, work, place, work_ids, caps)
     raise Degenerate(
         "Faces without area that lie on each other in a tangle",
@@ -67,11 +79,6 @@ def flip_caps(points: Floats, faces: Ints, place: Ints, ids: Ints) -> tuple[Ints
         ids=np.unique(work_ids[caps]).tolist(),
         kind="face",
     )
-
-
-def _zero(points: Floats) -> float:
-    """The step of the coordinates: a length below it says nothing."""
-    return _STEPS * float(np.finfo(np.float64).eps) * float(np.abs(points).max(initial=0.0))
 
 
 def _touching(faces: Ints, place: Ints, caps: Bools) -> Bools:
@@ -100,7 +107,7 @@ def _flip_round(points: Floats, faces: Ints, place: Ints, ids: Ints, caps: Ints)
     made, made_ids = _split_beyond(faces, place, ids, caps[flips], k[flips], mate[flips])
     new = np.concatenate([faces[~gone], made])
     new_ids = np.concatenate([ids[~gone], made_ids])
-    keep = without_collapsed(new, place)
+    keep = _in_three_places(new, place)
     return new[keep], new_ids[keep]
 
 

@@ -24,13 +24,10 @@ def to_ints(words: Sequence[bytes], what: str) -> Ints:
 
 def to_points(lines: list[bytes], what: str) -> Floats:
     """The first three numbers of each line (N, 3)."""
-    words = b" ".join(lines).split()
-    if len(words) != 3 * len(lines) or any(line.count(b" ") > 2 for line in lines[:1]):
-        rows = [line.split() for line in lines]
-        if any(len(row) < 3 for row in rows):
-            raise damaged(f"A {what} has less than three coordinates")
-        words = [word for row in rows for word in row[:3]]
-    return to_floats(words, what).reshape(-1, 3)
+    rows = [line.split(None, 3)[:3] for line in lines]
+    if any(len(row) < 3 for row in rows):
+        raise damaged(f"A {what} has less than three coordinates")
+    return to_floats([word for row in rows for word in row], what).reshape(-1, 3)
 
 
 def damaged(what: str) -> Unreadable:
