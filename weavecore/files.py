@@ -45,7 +45,8 @@ def check_targets(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
         if target in seen:
             raise NotWritten(f"{path} is named for two outputs", remedy="Give each output its own file.")
         seen.add(target)
-        _check_target(Path(path), target, overwrite)
+        with _told_as_not_written(path):
+            _check_target(Path(path), target, overwrite)
 
 
 def write_whole(path: PathLike, content: bytes, *, overwrite: bool = False) -> None:
@@ -126,6 +127,8 @@ def _fill(draft: Path, content: bytes) -> None:
 def _told_as_not_written(path: PathLike) -> Iterator[None]:
     try:
         yield
+    except (NotWritten, OutputExists):
+        raise
     except OSError as error:
         raise NotWritten(
             f"{path} could not be written: {error.strerror or error}",

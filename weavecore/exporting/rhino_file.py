@@ -30,7 +30,7 @@ def encode_3dm(product: Product) -> bytes:
     """
     document = Document(product.surface.unit, product.surface.tolerance, seed=_fingerprint(product))
     if product.latitudes is None:
-        _add_faces(document, product, "surface", SURFACE)
+        _add_faces(document, product, "surface", product.surface.name or "surface")
         return document.encode()
     _add_latitudes(document, product.latitudes)
     if product.lattice is not None:
@@ -38,7 +38,7 @@ def encode_3dm(product: Product) -> bytes:
             _add_strands(document, product.strands, product.lattice)
         texts = {"pattern": product.lattice.pattern, "edge_length": product.lattice.edge_length}
         document.add_points(product.lattice.nodes, document.layer("weave::nodes", NODES), "nodes", texts)
-        _add_faces(document, product, "lattice", SURFACE)
+        _add_faces(document, product, "lattice", "lattice")
     return document.encode()
 
 
@@ -52,9 +52,16 @@ def _fingerprint(product: Product) -> str:
     return digest.hexdigest()
 
 
-def _add_faces(document: Document, product: Product, name: str, colour: tuple[int, int, int]) -> None:
-    texts = {key: str(option) for key, option in product.parameters.items()}
-    document.add_mesh(polygons_of(product, ".3dm"), document.layer(f"weave::{name}", colour), name, texts)
+def _add_faces(document: Document, product: Product, layer: str, name: str) -> None:
+    """Add the mesh, with the options that led to it."""
+    document.add_mesh(
+        polygons_of(product, ".3dm"), document.layer(f"weave::{layer}", SURFACE), name, product.parameters
+    )
+
+
+def _numbered(generation: int, n_generations: int) -> str:
+    """With so many digits that names sort as numbers do."""
+    return f"{generation:0{max(2, len(str(n_generations - 1)))}d}"
 
 
 def _add_latitudes(document: Document, latitudes: Latitudes) -> None:
@@ -64,7 +71,9 @@ def _add_latitudes(document: Document, latitudes: Latitudes) -> None:
     colours = latitude_colours(np.arange(latitudes.n_generations), latitudes.n_generations).tolist()
     figures = zip(latitudes.generation.tolist(), latitudes.distance.tolist(), latitudes.polylines.lengths.tolist())
     for p, (generation, distance, length) in enumerate(figures):
-        layer = document.layer(f"weave::latitudes::{generation:02d}", tuple(colours[generation]))
+        layer = document.layer(
+            f"weave::latitudes::{_numbered(generation, latitudes.n_generations)}", tuple(colours[generation])
+        )
         texts = {
             "id": p,
             "family": FAMILIES[LATITUDINAL],
@@ -84,7 +93,9 @@ def _add_strands(document: Document, strands: Strands, lattice: Lattice) -> None
     for s in np.flatnonzero(strands.family != LATITUDINAL).tolist():
         family = int(strands.family[s])
         if family == LONGITUDINAL:
-            layer = document.layer(f"weave::longitudes::{begins[s]:02d}", LONGITUDES)
+            layer = document.layer(
+                f"weave::longitudes::{_numbered(begins[s], lattice.latitudes.n_generations)}", LONGITUDES
+            )
         else:
             layer = document.layer("weave::pockets", POCKETS)
         texts = {"id": s, "family": FAMILIES[family], "generation": begins[s], "length": lengths[s]}
