@@ -37,7 +37,7 @@ def test_a_file_that_is_there_is_kept_unless_it_may_be_replaced(tmp_path: Path) 
 
 
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(NotWritten, match="folder .*nowhere does not exist"):
+    with pytest.raises(NotWritten, match=r"folder .*nowhere does not exist"):
         files.write_whole(tmp_path / "nowhere" / "a.json", b"new")
     assert names_in(tmp_path) == []
 
@@ -64,7 +64,7 @@ def test_none_of_several_is_written_when_one_cannot_be(tmp_path: Path) -> None:
 def test_what_is_read_back_different_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "a.json"
     target.write_bytes(b"old")
-    monkeypatch.setattr(Path, "read_bytes", lambda self: b"rotten")
+    monkeypatch.setattr(Path, "read_bytes", lambda _: b"rotten")
     with pytest.raises(NotWritten, match="read back"):
         files.write_whole(target, b"new", overwrite=True)
     monkeypatch.undo()

@@ -54,14 +54,14 @@ def _fingerprint(product: Product) -> str:
 
 def _add_faces(document: Document, product: Product, layer: str, name: str) -> None:
     """Add the mesh, with the options that led to it."""
-    document.add_mesh(
-        polygons_of(product, ".3dm"), document.layer(f"weave::{layer}", SURFACE), name, product.parameters
-    )
+    index = document.layer(f"weave::{layer}", SURFACE)
+    document.add_mesh(polygons_of(product, ".3dm"), index, name, product.parameters)
 
 
-def _numbered(generation: int, n_generations: int) -> str:
-    """With so many digits that names sort as numbers do."""
-    return f"{generation:0{max(2, len(str(n_generations - 1)))}d}"
+def _layer_of(family: str, generation: int, latitudes: Latitudes) -> str:
+    """The full path of a generation's layer, with so many digits that names sort as numbers do."""
+    digits = max(2, len(str(latitudes.n_generations - 1)))
+    return f"weave::{family}::{generation:0{digits}d}"
 
 
 def _add_latitudes(document: Document, latitudes: Latitudes) -> None:
@@ -71,9 +71,7 @@ def _add_latitudes(document: Document, latitudes: Latitudes) -> None:
     colours = latitude_colours(np.arange(latitudes.n_generations), latitudes.n_generations).tolist()
     figures = zip(latitudes.generation.tolist(), latitudes.distance.tolist(), latitudes.polylines.lengths.tolist())
     for p, (generation, distance, length) in enumerate(figures):
-        layer = document.layer(
-            f"weave::latitudes::{_numbered(generation, latitudes.n_generations)}", tuple(colours[generation])
-        )
+        layer = document.layer(_layer_of("latitudes", generation, latitudes), tuple(colours[generation]))
         texts = {
             "id": p,
             "family": FAMILIES[LATITUDINAL],
@@ -93,9 +91,7 @@ def _add_strands(document: Document, strands: Strands, lattice: Lattice) -> None
     for s in np.flatnonzero(strands.family != LATITUDINAL).tolist():
         family = int(strands.family[s])
         if family == LONGITUDINAL:
-            layer = document.layer(
-                f"weave::longitudes::{_numbered(begins[s], lattice.latitudes.n_generations)}", LONGITUDES
-            )
+            layer = document.layer(_layer_of("longitudes", begins[s], lattice.latitudes), LONGITUDES)
         else:
             layer = document.layer("weave::pockets", POCKETS)
         texts = {"id": s, "family": FAMILIES[family], "generation": begins[s], "length": lengths[s]}
