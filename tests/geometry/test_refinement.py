@@ -229,6 +229,16 @@ def test_scale_changes_nothing_but_the_coordinates(scale):
     assert np.ptp(scaled.vertices, axis=0) / scale == pytest.approx(np.ptp(plain.vertices, axis=0))
 
 
+@pytest.mark.parametrize("name", ["cube with a hole", "fan", "bumpy grid"])
+def test_motion_changes_nothing_but_the_coordinates(name):
+    vertices, faces, longest = MESHES[name]
+    turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+    still = refine_faces(vertices, faces, longest=longest)
+    moved = refine_faces(vertices @ turn + [3.0, -1.0, 7.0], faces, longest=longest)
+    assert np.array_equal(moved.faces, still.faces)
+    assert np.allclose(moved.vertices, still.vertices @ turn + [3.0, -1.0, 7.0], atol=1e-12)
+
+
 def test_rounds_do_not_grow_with_the_length_of_a_run_of_ever_longer_edges(monkeypatch):
     rounds = []
     split = refinement._Bisection.split

@@ -26,6 +26,7 @@ _DEPTH = 1 / 2  # and as a part of the longest edge: behind it the faces are of 
 _MOST_RISE = 1 / 4  # and as a part of the face's height above that edge
 _FACE_AREA = 0.17  # of a refined face, in squares of the longest edge: halves of right angles are common
 _LEAST_STEPS = 64.0  # edges shorter than this many rounding steps have no middle worth the name
+_ROUNDED = 22  # bits of a length left out of account, so that moving the surface changes no choice
 _SCRAMBLE = np.int64(0x9E3779B97F4A7C15 & 0x7FFFFFFFFFFFFFFF)
 _LOW_BITS = np.int64(0x7FFFFFFFFFFFFFFF)
 
@@ -153,8 +154,8 @@ class _Bisection:
     def _choose(self, queue: Ints) -> Ints:
         """Halfedges that are the first of their face and, if they have a twin, of its face too.
 
-        First is the longest, in classes of a fifth; within a class the order is scrambled:
-        a fan of ever longer edges would else be cut one edge a round.
+        First is the longest, in classes of a fifth; within a class the order is scrambled, by the
+        length: a fan of ever longer edges would else be cut one edge a round.
         """
         square = self._squares(queue)
         mantissa, exponent = np.frexp(square)
@@ -162,7 +163,7 @@ class _Bisection:
         corner, after = self.faces[queue], self.faces[queue][:, [1, 2, 0]]
         edge_id = np.minimum(corner, after) * np.int64(len(self.vertices)) + np.maximum(corner, after)
         is_first = size_class == size_class.max(1, keepdims=True)
-        for key in (square.view(np.int64), edge_id):
+        for key in (square.view(np.int64) >> _ROUNDED, edge_id):
             rank = np.where(is_first, key * _SCRAMBLE & _LOW_BITS, -1)
             is_first &= rank == rank.max(1, keepdims=True)
         first = 3 * queue + np.argmax(is_first, axis=1)
