@@ -102,7 +102,7 @@ def find_bands(sheet: Sheet, regions: Regions, crossings: Crossings, loops: Loop
     place = np.empty(pieces.count, np.int64)
     place[rank] = np.arange(pieces.count)
     order = np.lexsort((~is_left, polyline, ~is_parent, place[band]))
-    reached: Floats = spacing * crossings.level
+    reached = np.asarray(spacing * crossings.level, np.float64)
     return Bands(
         offsets=offsets_of(np.bincount(band, minlength=pieces.count)[rank]),
         polyline=polyline[order],

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Callable, Optional
 
 import numpy as np
 
 from weavecore.errors import Unsupported
+from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.geometry.refinement import refine_faces
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.tracing import trace_latitudes
 from weavecore.offsetting.wavefront import measure_distance
+
+EDGES_PER_SPACING = 2.5
+"""The mesh is refined until every inner edge is at most this part of the spacing."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -34,20 +40,46 @@ def offset_levels(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     Returns
     -------
     Latitudes
+        On the given surface, or on a finer mesh of it with the same borders and cuts where it
+        was too coarse for the spacing.
 
     Raises
     ------
     Unsupported
-        When the spacing is not a positive number.
+        When the spacing is not a positive number, or a component is closed and not cut.
     SpacingTooLarge
         When not one level lies inside the surface.
     TooMuchWork
-        When the polylines would have more than 30 million points.
+        When the mesh that the spacing asks for would be too large.
     """
     spacing = float(spacing)
     if not (np.isfinite(spacing) and spacing > 0):
         raise Unsupported(
             f"A spacing of {spacing:g} is no distance", remedy="Give a positive length in the surface's unit."
         )
-    field = measure_distance(surface, progress=progress)
-    return trace_latitudes(surface, field, spacing=spacing)
+    _check_start(surface)
+    fine = _refine(surface, longest=spacing / EDGES_PER_SPACING)
+    field = measure_distance(fine, progress=progress)
+    return trace_latitudes(fine, field, spacing=spacing)
+
+
+def _check_start(surface: SurfaceMesh) -> None:
+    """Every component must have a border or a cut: distances start there."""
+    starts = np.zeros(surface.component_of_face.max() + 1, bool)
+    starts[surface.component_of_face[np.flatnonzero((surface.twins == NO_TWIN) | surface.is_cut) // 3]] = True
+    if not starts.all():
+        closed = np.flatnonzero(~starts[surface.component_of_face])
+        raise Unsupported(
+            "A closed component with no border to start from and no cut",
+            remedy="Cut it in two first, by a plane or by itself.",
+            ids=closed.tolist(),
+            kind="face",
+        )
+
+
+def _refine(surface: SurfaceMesh, *, longest: float) -> SurfaceMesh:
+    """The surface with no edge longer than that, but for its borders and cuts; itself if there is none."""
+    refined = refine_faces(surface.vertices, surface.faces, longest=longest, protected=surface.is_cut)
+    if len(refined.faces) == surface.n_faces:
+        return surface
+    return replace(surface, vertices=refined.vertices, faces=refined.faces)

@@ -15,7 +15,6 @@ from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEAST_CAP
 
-
 _STEEP = 0.4
 """A ridge that rises more steeply than this is a corner of a level, not a narrow tongue."""
 
@@ -54,7 +53,7 @@ def _are_saddles(sheet: Sheet, nodes: Ints) -> Bools:
 
     def rises(other: Ints) -> Bools:
         difference = sheet.distance[other] - sheet.distance[own]
-        return (difference > 0) | ((difference == 0) & (other > own))
+        return np.asarray((difference > 0) | ((difference == 0) & (other > own)))
 
     turns = rises(sheet.faces[face, (k + 1) % 3]) != rises(sheet.faces[face, (k + 2) % 3])
-    return np.bincount(place[own[turns]], minlength=len(nodes)) >= 4
+    return np.asarray(np.bincount(place[own[turns]], minlength=len(nodes)) >= 4)

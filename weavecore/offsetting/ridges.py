@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.geometry.halfedges import NO_TWIN, find_twins, halfedge_ends
+from weavecore.geometry.edge_splitting import NOT_SPLIT, split_edges
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.offsetting.contours import count_levels
 from weavecore.offsetting.edge_profile import KINK, slope_along
 from weavecore.offsetting.sheet import Sheet
@@ -36,23 +37,22 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet
         return sheet
     tail, head = halfedge_ends(sheet.faces)
     a, b = tail[halfedge], head[halfedge]
-    middle = np.full(len(tail), -1, np.int64)
+    points = np.concatenate([sheet.points, sheet.points[a] + (sheet.points[b] - sheet.points[a]) * share[:, None]])
+    middle = np.full(len(tail), NOT_SPLIT, np.int64)
     middle[halfedge] = middle[sheet.twins[halfedge]] = sheet.n_nodes + np.arange(len(halfedge))
-    points = sheet.points[a] + (sheet.points[b] - sheet.points[a]) * share[:, None]
-    faces, part_of, twins = _split_faces(sheet, middle, np.concatenate([sheet.points, points]))
+    faces, part_of, twins = split_edges(points, sheet.faces, sheet.twins, middle)
+    steepness = 0.5 * np.linalg.norm(sheet.gradient[a] + sheet.gradient[b], axis=1)
     return replace(
         sheet,
-        points=np.concatenate([sheet.points, points]),
+        points=points,
         faces=faces,
         twins=twins,
         distance=np.concatenate([sheet.distance, peak]),
         gradient=np.concatenate([sheet.gradient, np.zeros((len(peak), 3))]),
         face_of=part_of,
-        edge_of=np.concatenate([sheet.edge_of, np.c_[a, b]]),
+        edge_of=np.concatenate([sheet.edge_of, np.stack([a, b], axis=1)]),
         share=np.concatenate([sheet.share, share]),
-        steepness=np.concatenate(
-            [sheet.steepness, 0.5 * np.linalg.norm(sheet.gradient[a] + sheet.gradient[b], axis=1)]
-        ),
+        steepness=np.concatenate([sheet.steepness, steepness]),
     )
 
 
@@ -79,71 +79,4 @@ def _find_peaks(sheet: Sheet, edge_lengths: Floats, spacing: float) -> tuple[Int
 
 def _level_at(distance: Floats, spacing: float) -> Floats:
     """The highest level at or below each distance."""
-    level: Floats = spacing * count_levels(distance, spacing)
-    return level
-
-
-def _split_faces(sheet: Sheet, middle: Ints, points: Floats) -> tuple[Ints, Ints, Ints]:
-    """Faces split at the given middle nodes of their halfedges, the face each is part of, and twins."""
-    middle = middle.reshape(-1, 3)
-    n_split = (middle >= 0).sum(1)
-    touched = np.flatnonzero(n_split)
-    # Turn each face so that its split edges come first.
-    is_split = middle[touched] >= 0
-    turn = np.where(n_split[touched] == 2, (np.argmin(is_split, 1) + 1) % 3, np.argmax(is_split, 1))
-    columns = (turn[:, None] + np.arange(3)) % 3
-    corners = np.take_along_axis(sheet.faces[touched], columns, 1)
-    middles = np.take_along_axis(middle[touched], columns, 1)
-    pieces, owners = [], []
-    for n, cut in ((1, _halve), (2, _cut_off_corner), (3, _quarter)):
-        these = n_split[touched] == n
-        made = cut(corners[these], middles[these], points)
-        pieces += made
-        owners += [touched[these]] * len(made)
-    piece, owner = np.concatenate(pieces), np.concatenate(owners)
-    # The first piece of a face takes its place, the others are appended.
-    _, first = np.unique(owner, return_index=True)
-    is_extra = np.ones(len(piece), bool)
-    is_extra[first] = False
-    place = owner.copy()
-    place[is_extra] = len(sheet.faces) + np.arange(int(is_extra.sum()))
-    faces = np.concatenate([sheet.faces, piece[is_extra]])
-    faces[place] = piece
-    part_of = np.concatenate([sheet.face_of, sheet.face_of[owner[is_extra]]])
-    return faces, part_of, _join(sheet, touched, faces, place, len(points))
-
-
-def _halve(corners: Ints, middles: Ints, points: Floats) -> list[Ints]:
-    a, b, c = corners.T
-    m = middles[:, 0]
-    return [np.c_[a, m, c], np.c_[m, b, c]]
-
-
-def _cut_off_corner(corners: Ints, middles: Ints, points: Floats) -> list[Ints]:
-    a, b, c = corners.T
-    m, n = middles[:, 0], middles[:, 1]
-    to_n = np.linalg.norm(points[a] - points[n], axis=1) <= np.linalg.norm(points[c] - points[m], axis=1)
-    return [
-        np.c_[m, b, n],
-        np.c_[a, m, np.where(to_n, n, c)],
-        np.c_[np.where(to_n, a, m), n, c],
-    ]
-
-
-def _quarter(corners: Ints, middles: Ints, points: Floats) -> list[Ints]:
-    a, b, c = corners.T
-    m, n, o = middles.T
-    return [np.c_[a, m, o], np.c_[m, b, n], np.c_[o, n, c], middles]
-
-
-def _join(sheet: Sheet, touched: Ints, faces: Ints, place: Ints, n_nodes: int) -> Ints:
-    """Twins after a split: found anew for the pieces and the faces beside them."""
-    twins = np.concatenate([sheet.twins, np.full(3 * (len(faces) - len(sheet.faces)), NO_TWIN)])
-    beside = sheet.twins.reshape(-1, 3)[touched].ravel()
-    local = np.unique(np.concatenate([place, beside[beside != NO_TWIN] // 3]))
-    found = find_twins(faces[local], n_nodes)
-    h = (3 * local[:, None] + np.arange(3)).ravel()
-    is_piece = np.repeat(np.isin(local, place), 3)
-    known = is_piece | (found != NO_TWIN)
-    twins[h[known]] = np.where(found[known] == NO_TWIN, NO_TWIN, h[found[known]])
-    return twins
+    return np.asarray(spacing * count_levels(distance, spacing), np.float64)
