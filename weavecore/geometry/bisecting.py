@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 
 _MOST_ROUNDS = 40
 
@@ -28,20 +28,37 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
     """
     origin = np.arange(len(points))
     for _ in range(_MOST_ROUNDS):
+        edges = unique_edges(triangles)[0]
+        is_long = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1) > longest
         n = len(points)
-        tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-        key = np.minimum(tail, head) * np.int64(n) + np.maximum(tail, head)
-        edges, of_side, count = np.unique(key, return_inverse=True, return_counts=True)
-        a, b = edges // n, edges % n
-        is_long = (np.linalg.norm(points[b] - points[a], axis=1) > longest) & (count > 1)
-        if not is_long.any():
+        points, triangles, step = bisect_edges(points, triangles, is_long)
+        origin = origin[step]
+        if len(points) == n:
             break
-        new = np.full(len(edges), -1, np.int64)
-        new[is_long] = n + np.arange(int(is_long.sum()))
-        points = np.concatenate([points, (points[a[is_long]] + points[b[is_long]]) / 2])
-        origin = np.concatenate([origin, origin[a[is_long]]])
-        triangles = _split(points, triangles, new[of_side.reshape(-1, 3)])
     return points, triangles, origin
+
+
+def unique_edges(triangles: Ints) -> tuple[Ints, Ints]:
+    """Edges (E, 2), the lesser point first, sorted; and the edge (T, 3) of each side of each triangle."""
+    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    n = np.int64(triangles.max(initial=0) + 1)
+    key, of_side = np.unique(np.minimum(tail, head) * n + np.maximum(tail, head), return_inverse=True)
+    return np.c_[key // n, key % n], of_side.reshape(-1, 3)
+
+
+def bisect_edges(points: Floats, triangles: Ints, chosen: Bools) -> tuple[Floats, Ints, Ints]:
+    """Split the chosen ones (E,) of the `unique_edges` in the middle; edges of one triangle stay.
+
+    Returns what `bisect_long_edges` does.
+    """
+    edges, of_side = unique_edges(triangles)
+    chosen = chosen & (np.bincount(of_side.ravel(), minlength=len(edges)) > 1)
+    n = len(points)
+    new = np.full(len(edges), -1, np.int64)
+    new[chosen] = n + np.arange(int(chosen.sum()))
+    a, b = edges[chosen].T
+    points = np.concatenate([points, (points[a] + points[b]) / 2])
+    return points, _split(points, triangles, new[of_side]), np.concatenate([np.arange(n), a])
 
 
 def _split(points: Floats, triangles: Ints, middle: Ints) -> Ints:

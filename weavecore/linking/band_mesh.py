@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
-from weavecore.geometry.bisecting import bisect_long_edges
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.bisecting import bisect_edges, bisect_long_edges
 from weavecore.geometry.cutting import NONE, Cells, cut_along
 from weavecore.linking.band_marks import Curves, curves_around
 from weavecore.linking.open_mesh import OpenMesh, open_mesh
@@ -79,12 +79,15 @@ def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_len
     seat_index = np.arange(len(seat_rank)) - seat_offsets[seat_rank]
     seat_polyline = bands.polyline[sides][seat_rank]
     whole = BandMesh(points[key % n], local.reshape(-1, 3), key // n, seat, seat_polyline, seat_index)
-    return refine(whole, _LONGEST * edge_length)
+    return _refined(whole, *bisect_long_edges(whole.points, whole.triangles, _LONGEST * edge_length))
 
 
-def refine(mesh: BandMesh, longest: float) -> BandMesh:
-    """The same mesh with no inner edge longer than ``longest``."""
-    points, triangles, origin = bisect_long_edges(mesh.points, mesh.triangles, longest)
+def refine_edges(mesh: BandMesh, chosen: Bools) -> BandMesh:
+    """The same mesh with the chosen ones of its `unique_edges` split."""
+    return _refined(mesh, *bisect_edges(mesh.points, mesh.triangles, chosen))
+
+
+def _refined(mesh: BandMesh, points: Floats, triangles: Ints, origin: Ints) -> BandMesh:
     inside = np.full(len(points) - len(mesh.points), NONE, np.int64)
     seat = np.concatenate([mesh.seat, inside])
     return BandMesh(points, triangles, mesh.band[origin], seat, mesh.seat_polyline, mesh.seat_index)

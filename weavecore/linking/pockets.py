@@ -14,8 +14,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from weavecore.errors import Degenerate
-from weavecore.geometry.arrays import Floats, Ints, offsets_of
-from weavecore.linking.band_mesh import BandMesh, mesh_bands, refine
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.linking.band_mesh import BandMesh, mesh_bands, refine_edges
 from weavecore.linking.voronoi import EdgeGraph, Regions
 from weavecore.model.latitudes import Latitudes
 
@@ -66,14 +66,13 @@ def fill_bands(
     for _ in range(_MOST_REPAIRS):
         regions = Regions(mesh, graph, hubs)
         owner_node = np.concatenate([seat_node, len(places) + np.arange(len(hubs))])
-        more = _missing_hubs(regions, owner_node, taken)
-        if more is None:
-            mesh = refine(mesh, float(graph.length.max()) / 2)
+        more, coarse = _missing_hubs(regions, owner_node, taken)
+        if coarse.any():
+            mesh = refine_edges(mesh, coarse)
             graph = EdgeGraph(mesh)
-        elif len(more):
-            hubs = np.concatenate([hubs, more])
-        else:
+        elif len(more) == 0:
             break
+        hubs = np.concatenate([hubs, more])
     else:
         raise Degenerate(
             "A band between two polylines is too small for its shape to be linked",
@@ -105,19 +104,23 @@ def _wide_places(mesh: BandMesh, graph: EdgeGraph, edge_length: float) -> Ints:
     return np.array(hubs, np.int64)
 
 
-def _missing_hubs(regions: Regions, owner_node: Ints, taken: Ints) -> Ints | None:
-    """Points for further hubs where the topology asks for them; None where the mesh is too coarse to hold one."""
+def _missing_hubs(regions: Regions, owner_node: Ints, taken: Ints) -> tuple[Ints, Bools]:
+    """Points for further hubs where the topology asks for them, and the edges (E,) that are too coarse to hold one."""
+    graph = regions.graph
+    owner_a, owner_b = regions.owner[graph.a], regions.owner[graph.b]
     bad = regions.not_discs()
     if len(bad):
-        points = np.flatnonzero(np.isin(regions.owner, bad))
-        groups = np.searchsorted(bad, regions.owner[points])
+        edges = np.flatnonzero((owner_a == owner_b) & np.isin(owner_a, bad))
+        groups = np.searchsorted(bad, owner_a[edges])
     else:
         bad = _bad_links(regions, owner_node, taken)
         edges = np.flatnonzero(np.isin(regions.dual.edge_class, bad))
-        groups = np.tile(np.searchsorted(bad, regions.dual.edge_class[edges]), 2)
-        points = np.concatenate([regions.graph.a[edges], regions.graph.b[edges]])
-    found = regions.deepest(groups, points, len(bad))
-    return None if (found < 0).any() else np.unique(found)
+        groups = np.searchsorted(bad, regions.dual.edge_class[edges])
+    points = np.concatenate([graph.a[edges], graph.b[edges]])
+    found = regions.deepest(np.tile(groups, 2), points, len(bad))
+    coarse = np.zeros(len(graph.a), bool)
+    coarse[edges[found[groups] < 0]] = True
+    return np.unique(found[found >= 0]), coarse
 
 
 def _bad_links(regions: Regions, owner_node: Ints, taken: Ints) -> Ints:

@@ -14,7 +14,7 @@ from weavecore.linking.patterns import Pattern
 from weavecore.linking.zipping import choose_tips, feet_of_nodes, unroll_feet
 from weavecore.model.latitudes import Latitudes
 
-_DIVISIONS = 12
+_DIVISIONS = 8
 _LINKS_OF_SIX = 4
 """Links of an inner node to the rings on both sides when it has six edges in all."""
 

@@ -17,6 +17,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.bisecting import unique_edges
 from weavecore.linking.band_mesh import BandMesh
 
 
@@ -24,13 +25,9 @@ class EdgeGraph:
     """The edges of a band mesh, each once."""
 
     def __init__(self, mesh: BandMesh) -> None:
-        n = np.int64(len(mesh.points))
-        tail, head = mesh.triangles.ravel(), mesh.triangles[:, [1, 2, 0]].ravel()
-        key, of_side = np.unique(np.minimum(tail, head) * n + np.maximum(tail, head), return_inverse=True)
-        self.a: Ints = key // n
-        self.b: Ints = key % n
-        self.of_triangle: Ints = of_side.reshape(-1, 3)
-        self.n_points = int(n)
+        n = len(mesh.points)
+        edges, self.of_triangle = unique_edges(mesh.triangles)
+        self.a, self.b = edges.T
         length = np.linalg.norm(mesh.points[self.b] - mesh.points[self.a], axis=1)
         # A length of 0 would be no edge at all.
         self.length: Floats = np.maximum(length, np.finfo(float).tiny)

@@ -19,7 +19,7 @@ from weavecore.geometry.arrays import Floats, Ints
 _IRREGULAR_COST = 1.0
 _EVEN_SLANT = 0.55
 _SLANT_COST = 20.0
-_REACH = 3
+_REACH = 2
 
 
 def unroll_feet(index: Floats, n_parent: int) -> Optional[Floats]:
@@ -72,16 +72,11 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, matte
     base = np.append(base, base[0] + m)
     reach = np.arange(-_REACH, _REACH + 1)
     child = base[:, None] + reach
-    slant = feet[:, child % m] + n_parent * (child // m) - (edge + sits)[:, None]
+    slant = np.moveaxis(feet[:, child % m] + n_parent * (child // m) - (edge + sits)[:, None], 0, 2)
     cost = slant**2 + _SLANT_COST * np.maximum(np.abs(slant) - _EVEN_SLANT, 0.0) ** 2
-    steps = np.arange(max(3, int(np.diff(base).max()) + 1) + 1)
+    steps = np.arange(max(2, int(np.diff(base).max()) + 1) + 1)
     excess = steps - wanted[edge[1:] % n_parent][:, None]
-    best, came = _cheapest_walk(cost, base, _IRREGULAR_COST * excess**2 if matters else 0.0 * excess)
-    division = int(np.argmin(best))
-    offset = np.empty(n_parent + 1, np.int64)
-    offset[-1] = np.argmin(cost[division, 0])
-    for i in range(n_parent, 0, -1):
-        offset[i - 1] = came[i - 1, division, offset[i]]
+    division, offset = _cheapest_walk(cost, np.diff(base), _IRREGULAR_COST * excess**2 if matters else 0.0 * excess)
     tips = (base + reach[offset])[:-1]
     # Edges from the start on to the last, then those before the start, one turn on.
     return division, np.concatenate([tips[n_parent - start :] - m, tips[: n_parent - start]])
@@ -113,24 +108,34 @@ def _nearest(feet: Floats, n_parent: int, places: Floats) -> Ints:
     return nearest
 
 
-def _cheapest_walk(cost: Floats, base: Ints, step_cost: Floats) -> tuple[Floats, Ints]:
-    """Least cost of each division, and for each edge and tip the tip that it is best reached from.
+def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats) -> tuple[int, Ints]:
+    """The division with the cheapest way around, and that way: at which place of its row each tip is (Viterbi).
 
     The first tip is the cheapest one, and the last is the same one turn later.
+
+    Parameters
+    ----------
+    cost : (n + 1, w, d) float64
+        Of each edge, place of the tip and division.
+    rise : (n,) int64
+        How far a tip advances that keeps its place.
+    step_cost : (n, s) float64
+        Of an advance by each number of steps.
     """
-    n_divisions, n_edges, width = cost.shape
-    first = np.argmin(cost[:, 0], axis=1)
-    row = np.arange(n_divisions)
-    total = np.full((n_divisions, width), np.inf)
-    total[row, first] = 0.0
-    came = np.zeros((n_edges - 1, n_divisions, width), np.int64)
-    steps = np.arange(step_cost.shape[1])
-    rise = np.diff(base)
+    n_edges, width, _ = cost.shape
+    source = np.arange(width)[None, :, None] + rise[:, None, None] - np.arange(step_cost.shape[1])
+    source[(source < 0) | (source >= width)] = width  # a place that is never reached
+    first = np.argmin(cost[0], axis=0)
+    total = np.full((n_edges, width + 1, cost.shape[2]), np.inf)
+    total[0, first, np.arange(cost.shape[2])] = 0.0
+    step_cost = step_cost[:, None, :, None]
     for i in range(1, n_edges):
-        source = np.arange(width)[:, None] + rise[i - 1] - steps
-        inside = (source >= 0) & (source < width)
-        reached = np.where(inside, total[:, np.where(inside, source, 0)] + step_cost[i - 1], np.inf)
-        pick = reached.argmin(axis=2)
-        came[i - 1] = source[np.arange(width), pick]
-        total = np.take_along_axis(reached, pick[:, :, None], axis=2)[:, :, 0] + cost[:, i]
-    return total[row, first], came
+        reached = total[i - 1][source[i - 1]]
+        reached += step_cost[i - 1]
+        np.add(reached.min(axis=1), cost[i], out=total[i, :width])
+    division = int(np.argmin(total[-1, first, np.arange(cost.shape[2])]))
+    offset = np.full(n_edges, first[division])
+    for i in range(n_edges - 1, 0, -1):
+        ways = source[i - 1, offset[i]]
+        offset[i - 1] = ways[np.argmin(total[i - 1, ways, division] + step_cost[i - 1, 0, :, 0])]
+    return division, offset
