@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools
+from weavecore.geometry.arrays import Bools, Floats
 from weavecore.geometry.nurbs import surface_jet, surface_points
 from weavecore.reading.rhino_surfaces.patches import Patches
 from weavecore.reading.rhino_surfaces.shape import NO_EDGE
@@ -47,10 +47,28 @@ def _at_singular(patches: Patches) -> Bools:
 def border_gap(patches: Patches) -> tuple[float, int]:
     """How far the edges lie from the faces that they bound, at the mesh's vertices, and the face where most."""
     worst, where = 0.0, 0
+    along = _border_directions(patches)
     for i, face in enumerate(patches.surfaces):
         border = np.flatnonzero((patches.owner == i) & ~patches.inner)
         lifted = surface_points(face.surface, patches.uv[border])
-        gap = float(np.linalg.norm(lifted - patches.points[border], axis=1).max(initial=0.0))
+        apart = lifted - patches.points[border]
+        # A vertex may be a little further along the trim than along the edge: that is no gap.
+        apart -= np.einsum("ij,ij->i", apart, along[border])[:, None] * along[border]
+        gap = float(np.linalg.norm(apart, axis=1).max(initial=0.0))
         if gap > worst:
             worst, where = gap, i
     return worst, where
+
+
+def _border_directions(patches: Patches) -> Floats:
+    """Unit vectors (N, 3) along the border at the border's points; zero elsewhere."""
+    tail, head = patches.faces.ravel(), patches.faces[:, [1, 2, 0]].ravel()
+    key = np.minimum(tail, head) * np.int64(len(patches.uv)) + np.maximum(tail, head)
+    _, index, times = np.unique(key, return_index=True, return_counts=True)
+    a, b = tail[index[times == 1]], head[index[times == 1]]
+    along = np.zeros_like(patches.points)
+    step = patches.points[b] - patches.points[a]
+    np.add.at(along, a, step)
+    np.add.at(along, b, step)
+    directions: Floats = along / np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
+    return directions

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
-from weavecore.geometry.nurbs import greatest_curvature, surface_jet
+from weavecore.geometry.nurbs import SurfaceJet, greatest_curvature, surface_jet
 from weavecore.geometry.planar import inside_polygons
 from weavecore.reading.rhino_surfaces.shape import FaceShape
 
 _LEAST_STEPS = 16
 _MOST_STEPS = 64
 _LEAST_SPEED = 1e-3
+_POLE = 1e-6
+_BESIDE = 5e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +68,7 @@ def face_grid(face: FaceShape) -> FaceGrid:
     u, v = (_parameters(face, way, low[way], high[way]) for way in (0, 1))
     uv = np.column_stack([axis.ravel() for axis in np.meshgrid(u, v, indexing="ij")])
     jet = surface_jet(face.surface, uv, 2)
+    curvature = _curvature(face, jet, uv, (low + high) / 2)
     shape = (len(u), len(v))
     tails = np.concatenate(rings)
     heads = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
@@ -79,10 +82,24 @@ def face_grid(face: FaceShape) -> FaceGrid:
         v=v,
         points=jet.point.reshape(*shape, 3),
         speeds=speeds,
-        curvature=greatest_curvature(jet).reshape(shape),
+        curvature=curvature.reshape(shape),
         inside=inside,
         stretch=(stretch[0], stretch[1]),
     )
+
+
+def _curvature(face: FaceShape, jet: SurfaceJet, uv: Floats, middle: Floats) -> Floats:
+    """Curvature at ``uv``; where there is none, at a pole, that of a place close by."""
+    curvature = greatest_curvature(jet)
+    pole = np.flatnonzero(np.linalg.norm(np.cross(jet.du, jet.dv), axis=1) <= _POLE * _typical_area(jet))
+    if len(pole):
+        beside = surface_jet(face.surface, uv[pole] + _BESIDE * (middle - uv[pole]), 2)
+        curvature[pole] = greatest_curvature(beside)
+    return curvature
+
+
+def _typical_area(jet: SurfaceJet) -> float:
+    return float(np.median(np.linalg.norm(np.cross(jet.du, jet.dv), axis=1)))
 
 
 def _parameters(face: FaceShape, way: int, low: float, high: float) -> Floats:

@@ -15,9 +15,11 @@ from weavecore.reading.rhino_surfaces.patches import Patches, by_owner, split_ed
 
 _ROUNDS = 6
 _ROUNDS_AFTER_SPLIT = 2
-_MOST_SPLITS = 4
+_MOST_SPLITS = 8
 _STEP = 0.8
 _TOO_LONG = 1.45
+_RISE = 0.75
+"""What the surface may rise over an edge, in chord errors: over a triangle's middle it is a third more."""
 
 
 def relaxed(patches: Patches, chord: float, tell: Callable[[float, str], None]) -> Patches:
@@ -56,7 +58,7 @@ def _long_edges(p: Patches, chord: float) -> Ints:
         normal = np.cross(jet.du, jet.dv)
         middle = (p.points[a[which]] + p.points[b[which]]) / 2
         rise = np.abs(np.einsum("ij,ij->i", jet.point - middle, normal))
-        long[which] |= rise > chord * np.linalg.norm(normal, axis=1)
+        long[which] |= rise > _RISE * chord * np.linalg.norm(normal, axis=1)
     too_long: Ints = edges[long]
     return too_long
 
