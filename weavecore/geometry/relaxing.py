@@ -34,7 +34,7 @@ def corner_cotangents(points: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
     return cotangents
 
 
-def flip_edges(faces: Ints, plane: Floats, points: Floats, names: Ints) -> Ints:
+def flip_edges(faces: Ints, plane: Floats, points: Floats, names: Ints, held: Ints) -> Ints:
     """Flip edges until the triangles are Delaunay in space, as far as the plane lets them.
 
     Parameters
@@ -45,13 +45,15 @@ def flip_edges(faces: Ints, plane: Floats, points: Floats, names: Ints) -> Ints:
     points : (N, 3)
     names : (N,)
         Which vertices will be one: those of one name.  No flip makes an edge that is there under these names.
+    held : (K, 2)
+        Edges that are not flipped.
     """
     faces = faces.copy()
     collapsed = _collapsed(names[faces])
     for _ in range(_MOST_FLIP_ROUNDS):
         twins = find_twins(faces, len(plane))
         h = np.flatnonzero(twins > np.arange(len(twins)))
-        h = h[~collapsed[h // 3] & ~collapsed[twins[h] // 3]]
+        h = h[~collapsed[h // 3] & ~collapsed[twins[h] // 3] & ~_are_held(faces, h, held, len(plane))]
         gain, h = _flip_gains(faces, twins, h, plane, points)
         fresh = _makes_no_double(faces, twins, h, names)
         h = _apart(h[fresh], twins, gain[fresh], len(faces))
@@ -61,6 +63,15 @@ def flip_edges(faces: Ints, plane: Floats, points: Floats, names: Ints) -> Ints:
         faces[h // 3] = np.column_stack([a, d, c])
         faces[twins[h] // 3] = np.column_stack([b, c, d])
     return faces
+
+
+def _are_held(faces: Ints, h: Ints, held: Ints, n: int) -> Bools:
+    if len(held) == 0:
+        return np.zeros(len(h), bool)
+    tail, head = faces.ravel()[h], faces.ravel()[next_halfedge(h)]
+    keys = held.min(1) * np.int64(n) + held.max(1)
+    are: Bools = np.isin(np.minimum(tail, head) * np.int64(n) + np.maximum(tail, head), keys)
+    return are
 
 
 def _collapsed(named: Ints) -> Bools:

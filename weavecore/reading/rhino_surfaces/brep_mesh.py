@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -98,7 +99,7 @@ def _fill_all(
             border = face_border(shape.faces[i], vertices)
             old = patches[i]
             names = np.concatenate([border.names, old.names[len(border.names) :]])
-            patches[i] = FacePatch(old.uv, names, old.faces, old.missing)
+            patches[i] = replace(old, names=names)
     raise Degenerate(
         "Faces whose trims cross each other",
         remedy="Rebuild their edges in Rhino, or give a smaller edge target.",

@@ -11,8 +11,12 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.nurbs import surface_points
 from weavecore.geometry.planar import inside_polygons, triangulate_region
 from weavecore.reading.rhino_surfaces.borders import FaceBorder
+from weavecore.reading.rhino_surfaces.creases import FaceCreases, face_creases
 from weavecore.reading.rhino_surfaces.grids import FaceGrid, lookup
 from weavecore.reading.rhino_surfaces.shape import FaceShape
+
+FREE, HELD = -1, -2
+"""Names of points inside a face: those that may be shifted, and those on a crease."""
 
 _ROW = np.sqrt(3) / 2
 _FROM_BORDER = 0.55
@@ -23,27 +27,37 @@ _MOST_ROUNDS = 40
 
 @dataclass(frozen=True, eq=False)
 class FacePatch:
-    """A triangulated face by itself: parameters (N, 2), names (N,), -1 for inner points, triangles (F, 3).
+    """A triangulated face by itself: parameters (N, 2), names (N,), triangles (F, 3), crease segments (K, 2).
 
-    Triangles are counter-clockwise in (u, v).  ``missing`` are border segments that cross others.
+    Points inside are named `FREE`, or `HELD` where they lie on a crease.  Triangles are counter-clockwise in
+    (u, v).  ``missing`` are border segments that cross others.
     """
 
     uv: Floats
     names: Ints
     faces: Ints
+    creases: Ints
     missing: Ints
 
 
 def fill_face(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder) -> FacePatch:
     """Fill a face with points and triangles; no triangles where border segments are missing."""
-    seeds = _seeds(face, grid, sizes, border)
-    uv = np.concatenate([border.uv, seeds])
-    names = np.concatenate([border.names, np.full(len(seeds), -1)])
-    region = triangulate_region(grid.to_chart(uv), border.segments)
-    return FacePatch(uv, names, region.faces, region.missing)
+    creases = face_creases(face, grid, sizes, border)
+    seeds = _seeds(face, grid, sizes, border, creases)
+    uv = np.concatenate([border.uv, creases.uv, seeds])
+    names = np.concatenate([border.names, np.full(len(creases.uv), HELD), np.full(len(seeds), FREE)])
+    chart, n = grid.to_chart(uv), len(border.segments)
+    rows = creases.segments
+    # A segment that is given twice bounds nothing: both its sides belong to the face.
+    region = triangulate_region(chart, np.concatenate([border.segments, rows, rows]))
+    if len(region.missing) and len(rows):
+        lost = (region.missing[region.missing >= n] - n) % len(rows)
+        rows = np.delete(rows, lost, axis=0)
+        region = triangulate_region(chart, np.concatenate([border.segments, rows, rows]))
+    return FacePatch(uv, names, region.faces, rows, region.missing[region.missing < n])
 
 
-def _seeds(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder) -> Floats:
+def _seeds(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder, creases: FaceCreases) -> Floats:
     uv = _rows(grid, sizes)
     chart, ring = grid.to_chart(uv), grid.to_chart(border.uv)
     uv = uv[inside_polygons(chart, ring[border.segments[:, 0]], ring[border.segments[:, 1]])]
@@ -51,7 +65,7 @@ def _seeds(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder) -
         return uv
     points = surface_points(face.surface, uv)
     wanted = lookup(grid, sizes, uv)
-    free = ~_near_border(face, border, points, wanted)
+    free = ~_near_segments(face, border, creases, points, wanted)
     uv, points, wanted = uv[free], points[free], wanted[free]
     return uv[_spread(points, wanted)]
 
@@ -93,9 +107,10 @@ def _row_density(grid: FaceGrid, sizes: Floats, way: int) -> tuple[Floats, float
     return np.maximum(most, 1e-300), float(most.sum() / max(float(mean.sum()), 1e-300))
 
 
-def _near_border(face: FaceShape, border: FaceBorder, points: Floats, wanted: Floats) -> Bools:
-    """Which points are too near to the border: to its vertices, or to the middles of its segments."""
-    tail, head = border.uv[border.segments[:, 0]], border.uv[border.segments[:, 1]]
+def _near_segments(face: FaceShape, border: FaceBorder, creases: FaceCreases, points: Floats, wanted: Floats) -> Bools:
+    """Which points are too near to the border or to a crease."""
+    ends = np.concatenate([border.uv, creases.uv])[np.concatenate([border.segments, creases.segments])]
+    tail, head = ends[:, 0], ends[:, 1]
     fine = np.concatenate([tail, tail * 0.75 + head * 0.25, (tail + head) / 2, tail * 0.25 + head * 0.75])
     distance, _ = cKDTree(surface_points(face.surface, fine)).query(points)
     near: Bools = np.asarray(distance) < _FROM_BORDER * wanted

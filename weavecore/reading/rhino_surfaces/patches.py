@@ -10,7 +10,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.nurbs import surface_points
 from weavecore.reading.rhino_surfaces.borders import EdgeVertices
-from weavecore.reading.rhino_surfaces.filling import FacePatch
+from weavecore.reading.rhino_surfaces.filling import FREE, FacePatch
 from weavecore.reading.rhino_surfaces.grids import FaceGrid
 from weavecore.reading.rhino_surfaces.shape import FaceShape
 
@@ -21,7 +21,7 @@ class Patches:
 
     ``uv`` (N, 2) are parameters, ``plane`` (N, 2) chart coordinates, ``points`` (N, 3) positions, ``names``
     (N,) the vertex of the whole that each is, ``owner`` (N,) the Brep face that each lies in, ``inner``
-    (N,) whether it may move, ``faces`` (F, 3) triangles.
+    (N,) whether it may move, ``faces`` (F, 3) triangles, ``creases`` (K, 2) inner edges that must stay.
     """
 
     surfaces: tuple[FaceShape, ...]
@@ -34,6 +34,7 @@ class Patches:
     owner: Ints
     inner: Bools
     faces: Ints
+    creases: Ints
 
 
 def join_patches(
@@ -47,10 +48,10 @@ def join_patches(
     counts = np.array([len(p.uv) for p in patches])
     starts = np.concatenate([[0], np.cumsum(counts)])
     names = np.concatenate([p.names for p in patches])
-    inner = names < 0
-    names[inner] = len(vertices.points) + np.arange(inner.sum())
+    inner, fresh = names == FREE, names < 0
+    names[fresh] = len(vertices.points) + np.arange(fresh.sum())
     points = np.zeros((len(names), 3))
-    points[~inner] = vertices.points[names[~inner]]
+    points[~fresh] = vertices.points[names[~fresh]]
     for p, face, start in zip(patches, surfaces, starts.tolist()):
         free = np.flatnonzero(p.names < 0)
         points[start + free] = surface_points(face.surface, p.uv[free])
@@ -65,6 +66,7 @@ def join_patches(
         owner=np.repeat(np.arange(len(patches)), counts),
         inner=inner,
         faces=np.concatenate([p.faces + start for p, start in zip(patches, starts.tolist())]),
+        creases=np.concatenate([p.creases + start for p, start in zip(patches, starts.tolist())]),
     )
 
 

@@ -46,6 +46,9 @@ def _long_edges(p: Patches, chord: float) -> Ints:
     sides = np.sort(np.concatenate([p.faces[:, [0, 1]], p.faces[:, [1, 2]], p.faces[:, [2, 0]]]), axis=1)
     edges, times = np.unique(sides, axis=0, return_counts=True)
     edges = edges[(times == 2) & (p.names[edges[:, 0]] != p.names[edges[:, 1]])]
+    n = np.int64(len(p.uv))
+    held = np.sort(p.creases, axis=1)
+    edges = edges[~np.isin(edges[:, 0] * n + edges[:, 1], held[:, 0] * n + held[:, 1])]
     a, b = edges.T
     length = np.linalg.norm(p.points[a] - p.points[b], axis=1)
     wanted = _wanted_sizes(p)
@@ -71,7 +74,7 @@ def _wanted_sizes(p: Patches) -> Floats:
 
 
 def _flipped(p: Patches) -> Patches:
-    return replace(p, faces=flip_edges(p.faces, p.plane, p.points, p.names))
+    return replace(p, faces=flip_edges(p.faces, p.plane, p.points, p.names, p.creases))
 
 
 def _shifted(p: Patches) -> Patches:
