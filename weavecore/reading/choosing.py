@@ -80,12 +80,11 @@ def _on_layer(document: RhinoDocument, layer: str) -> list[RhinoObject]:
 
 def _layers_meant(layers: Iterable[str], layer: str) -> set[str]:
     """Layers with this full path, or else with this last name; the spelling as it is goes first."""
-    for path_wanted in (layer, layer.casefold()):
-        spelt = {path: path if path_wanted == layer else path.casefold() for path in layers}
-        for found in (
-            {path for path, name in spelt.items() if name == path_wanted},
-            {path for path, name in spelt.items() if name.split(_SEPARATOR)[-1] == path_wanted},
-        ):
+    full = {path: path for path in layers}
+    last = {path: path.split(_SEPARATOR)[-1] for path in full}
+    for spelt in (str, str.casefold):
+        for name in (full, last):
+            found = {path for path in full if spelt(name[path]) == spelt(layer)}
             if found:
                 return found
     return set()

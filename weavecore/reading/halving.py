@@ -47,10 +47,11 @@ def cut_closed_parts(surface: SurfaceMesh, *, plane: Optional[Plane] = None) -> 
     Degenerate
         Where a plane is given that has no normal, or meets none of the closed parts.
     """
+    heights = None if plane is None else _heights(surface.vertices, plane)
     parts = _closed_parts(surface)
     if not parts:
-        return surface
-    heights = None if plane is None else _heights(surface.vertices, plane)
+        unused = () if plane is None else ("The cutting plane was not used: no part of the surface is closed.",)
+        return replace(surface, mendings=surface.mendings + unused) if unused else surface
     level, n_met = np.ones(surface.n_vertices), 0
     for faces in parts:
         used, local = np.unique(faces, return_inverse=True)
