@@ -37,7 +37,9 @@ class Look:
         self.aside = self.points[self.next] - self.points
         self.gap = np.where(self.linked, np.sqrt(np.einsum("ij,ij->i", self.aside, self.aside)), -1.0)
         ends = frames.tail[rays.halfedge], frames.head[rays.halfedge]
-        self.spacing = RAY_SPACING * np.minimum(np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]]), WIDEST)
+        self.spacing = RAY_SPACING * np.minimum(
+            np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]]), WIDEST
+        )
 
 
 def measure_growth(rays: Rays, look: Look, advance_made: float) -> None:
