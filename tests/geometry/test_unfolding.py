@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from planar_meshes import circle, plate
 
+from planar_meshes import circle, plate
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.unfolding import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.model import SurfaceMesh
@@ -59,7 +59,8 @@ def test_a_line_moved_back_to_its_edge_passes_the_same_point(disc):
     angle = np.linspace(0.2, 2.9, 50)
     at, x, y, ux, uy, _ = walk_straight(disc, start, along, np.cos(angle), np.sin(angle), np.full(50, 0.3))
     edge, place, ex, ey, back = back_to_edge(disc, at, x, y, ux, uy)
-    assert (ey > 0).all() and (back >= 0).all()
+    assert (ey > 0).all()
+    assert (back >= 0).all()
     point = disc.points(edge, place) + back[:, None] * disc.directions(edge, ex, ey)
     np.testing.assert_allclose(point, disc.vertices[disc.tail[at]] + disc.directions(at, x, y), atol=1e-7)
     assert (edge // 3 == at // 3).all()

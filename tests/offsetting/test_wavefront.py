@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from distance_oracles import flat_distance, rolled, sector_distance, sector_sheet
 from hypothesis import given
 from hypothesis import strategies as st
-from planar_meshes import circle, plate, rectangle
 
+from distance_oracles import flat_distance, rolled, sector_distance, sector_sheet
+from planar_meshes import circle, plate, rectangle
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.rays import front_distance
 from weavecore.offsetting.wavefront import measure_distance
@@ -98,6 +98,24 @@ def test_each_side_of_a_cut_is_measured_on_its_own():
     assert errors(surface, exact).max() < 1e-6
 
 
+def test_the_front_opens_at_the_turns_of_a_cut():
+    n = 33
+    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n), indexing="ij")
+    points = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
+    cell = np.arange(n * n).reshape(n, n)
+    a, b, c, d = (q.ravel() for q in (cell[:-1, :-1], cell[1:, :-1], cell[1:, 1:], cell[:-1, 1:]))
+    low, high = 14, 18
+    square = [cell[low, low:high], cell[low:high, high], cell[high, high:low:-1], cell[high:low:-1, low]]
+    cut = np.concatenate(square)
+    surface = SurfaceMesh(points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]), cuts=(cut,))
+    side = points[cell[high, 0], 0]
+    outside = np.maximum(np.abs(points[:, :2]) - side, 0)
+    inside = side - np.abs(points[:, :2]).max(axis=1)
+    to_cut = np.where(inside > 0, inside, np.hypot(*outside.T))
+    exact = np.minimum(to_cut, 1 - np.abs(points[:, :2]).max(axis=1))
+    assert errors(surface, exact).max() < 0.05
+
+
 def test_needles_and_great_changes_of_scale_do_not_matter():
     x = np.concatenate([[0], np.cumsum(1.25 ** np.arange(24))])
     x = x / x[-1]
@@ -130,8 +148,10 @@ def test_the_same_surface_gives_the_same_bytes():
 def test_progress_rises_and_can_cancel():
     surface = SurfaceMesh(*plate([circle(1.0)], 0.08))
     seen = []
-    measure_distance(surface, progress=lambda part, label: seen.append(part))
-    assert seen == sorted(seen) and 0 < seen[0] and seen[-1] <= 1
+    measure_distance(surface, progress=lambda part, _: seen.append(part))
+    assert seen == sorted(seen)
+    assert seen[0] > 0
+    assert seen[-1] <= 1
 
     class Cancelled(Exception):
         pass
@@ -155,4 +175,5 @@ def test_distance_from_flat_fronts_and_points():
     k, forward, lateral = np.array([0.0, np.inf]), np.array([2.0, 3.0]), np.array([5.0, 4.0])
     distance, ahead, aside = front_distance(k, forward, lateral)
     assert distance.tolist() == [2.0, 5.0]
-    assert ahead.tolist() == [1.0, 0.6] and aside.tolist() == [0.0, 0.8]
+    assert ahead.tolist() == [1.0, 0.6]
+    assert aside.tolist() == [0.0, 0.8]

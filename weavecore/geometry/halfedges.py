@@ -22,12 +22,14 @@ def halfedge_ends(faces: Ints) -> tuple[Ints, Ints]:
 
 def next_halfedge(h: Ints) -> Ints:
     """The following halfedge in the same face."""
-    return h + 1 - 3 * (h % 3 == 2)
+    following: Ints = h + 1 - 3 * (h % 3 == 2)
+    return following
 
 
 def previous_halfedge(h: Ints) -> Ints:
     """The preceding halfedge in the same face."""
-    return h - 1 + 3 * (h % 3 == 0)
+    preceding: Ints = h - 1 + 3 * (h % 3 == 0)
+    return preceding
 
 
 def find_twins(faces: Ints, n_vertices: int) -> Ints:

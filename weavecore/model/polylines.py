@@ -76,7 +76,8 @@ class Polylines:
     @cached_property
     def lengths(self) -> Floats:
         """(P,) arc length of each polyline, closing segment included."""
-        return np.bincount(self.owner, self.segment_lengths, minlength=len(self))
+        lengths: Floats = np.bincount(self.owner, self.segment_lengths, minlength=len(self)).astype(np.float64)
+        return lengths
 
     @cached_property
     def stations(self) -> Floats:

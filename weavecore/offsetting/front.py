@@ -137,7 +137,8 @@ class Lag:
     def _faces_at(self, vertex: Ints) -> Ints:
         count = self._offsets[vertex + 1] - self._offsets[vertex]
         shift = np.repeat(self._offsets[vertex] - (np.cumsum(count) - count), count)
-        return self._corner[shift + np.arange(count.sum())] // 3
+        faces: Ints = self._corner[shift + np.arange(count.sum())] // 3
+        return faces
 
     @property
     def is_over(self) -> bool:

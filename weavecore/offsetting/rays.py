@@ -169,7 +169,7 @@ def _around_blockers(
     with np.errstate(invalid="ignore"):
         at_blocker = k / (1 + k * (at - rays.distance))
         edge = side * (1 + at_blocker * (travel - at))
-        behind = np.where(is_left, lateral > edge, lateral < edge)
+        behind: Bools = np.where(is_left, lateral > edge, lateral < edge)
     m = np.flatnonzero(behind)
     if len(m) == 0:
         return behind

@@ -17,98 +17,92 @@ from weavecore.offsetting.rays import Rays
 RAY_SPACING = 0.35  # of the mean edge length nearby
 LEAST_WEDGE = 0.02  # radians; a smaller one is left to the strips beside it
 FAN_ANGLE = 0.25  # radians between the rays of a fan
-_MOST_SECTORS = 10_000
+_OFF_THE_CORNER = 1e-9  # of the edge: rays from a vertex start this far along an edge
 
 
 def seed_rays(frames: Unfolding) -> Rays:
     """Rays from all walls, linked to their neighbours along them."""
     wall = np.flatnonzero(frames.twin == NO_TWIN)
-    strips, first, last = _strips(frames, wall)
-    n_vertices = len(frames.vertices)
-    starts, ends = np.full(n_vertices, -1), np.full(n_vertices, -1)
-    starts[frames.tail[wall]], ends[frames.head[wall]] = first, last
-    turn = _turn_vertices(frames, wall)
-    before = ends[turn.vertex]
-    after = starts[turn.vertex]
-    strips.after[last] = _next_strip(frames, wall, starts)
-    if len(turn.vertex) == 0:
-        return strips
-    count = np.ceil(turn.wedge / FAN_ANGLE).astype(np.int64)
-    fans = _fans(frames, turn, count)
-    head, tail = len(strips) + offsets_of(count)[:-1], offsets_of(count)[1:] - 1
-    fans.after = np.arange(len(fans)) + len(strips) + 1
-    fans.after[tail] = after
-    strips.after[before] = head
-    return strips.joined(fans)
+    rays, first, last = _strips(frames, wall)
+    corners = _Corners(frames, wall)
+    rays.after[last[corners.before]] = first
+    wide = np.flatnonzero(corners.total > np.pi + LEAST_WEDGE)
+    if len(wide) == 0:
+        return rays
+    fans, begin, end = _fans(frames, wall[wide], corners.total[wide])
+    fans.after = len(rays) + 1 + np.arange(len(fans))
+    fans.after[end] = first[wide]
+    rays.after[last[corners.before[wide]]] = len(rays) + begin
+    return rays.joined(fans)
 
 
-class _Turns:
-    """Corners of a wall that open the front: vertex, first outgoing halfedge there, total angle."""
+class _Corners:
+    """The faces between two walls at the tail of each wall halfedge.
 
-    def __init__(self, vertex: Ints, halfedge: Ints, total: Floats) -> None:
-        self.vertex, self.halfedge, self.total = vertex, halfedge, total
-        self.wedge = total - np.pi
+    Attributes
+    ----------
+    total : (W,) their angle
+    before : (W,) number of the wall halfedge that ends there, along the same side of the wall
+    """
+
+    def __init__(self, frames: Unfolding, wall: Ints) -> None:
+        self.total = np.zeros(len(wall))
+        number = np.full(len(frames.twin), -1)
+        number[wall] = np.arange(len(wall))
+        incoming = np.zeros(len(wall), np.int64)
+        at, open_ = wall, np.arange(len(wall))
+        while len(open_):
+            self.total[open_] += frames.angle[at]
+            incoming[open_] = frames.previous[at]
+            at = frames.twin[frames.previous[at]]
+            open_, at = open_[at != NO_TWIN], at[at != NO_TWIN]
+        self.before = number[incoming]
 
 
 def _strips(frames: Unfolding, wall: Ints) -> tuple[Rays, Ints, Ints]:
+    """Rays at right angles to the wall halfedges, and the first and last of each."""
     length = frames.length[wall]
     nearby = np.minimum(frames.mean_length[frames.tail[wall]], frames.mean_length[frames.head[wall]])
     count = np.maximum(1, np.ceil(length / (RAY_SPACING * nearby) * 0.999)).astype(np.int64)
     offsets = offsets_of(count)
     owner = rows_of(offsets)
-    halfedge, width = wall[owner], (length / count)[owner]
-    n = len(halfedge)
-    px = (np.arange(n) - offsets[:-1][owner] + 0.5) * width
-    rays = Rays.starting(halfedge, px, np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n), width * 0.50005)
+    n, width = len(owner), (length / count)[owner]
+    place = (np.arange(n) - offsets[:-1][owner] + 0.5) * width
+    rays = Rays.starting(wall[owner], place, np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n), width * 0.50005)
     rays.after = np.arange(1, n + 1)
     return rays, offsets[:-1], offsets[1:] - 1
 
 
-def _next_strip(frames: Unfolding, wall: Ints, starts: Ints) -> Ints:
-    following: Ints = starts[frames.head[wall]]
-    return following
+def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[Rays, Ints, Ints]:
+    """Rays from corners that open the front, and the first and last of each.
 
-
-def _turn_vertices(frames: Unfolding, wall: Ints) -> _Turns:
-    """Sectors of faces between two walls that are wider than a half turn."""
-    total = np.zeros(len(wall))
-    at, open_ = wall.copy(), np.arange(len(wall))
-    for _ in range(_MOST_SECTORS):
-        if len(open_) == 0:
-            break
-        total[open_] += frames.angle[at]
-        at = frames.twin[frames.previous[at]]
-        open_, at = open_[at != NO_TWIN], at[at != NO_TWIN]
-    wide = total > np.pi + LEAST_WEDGE
-    return _Turns(frames.tail[wall[wide]], wall[wide], total[wide])
-
-
-def _fans(frames: Unfolding, turn: _Turns, count: Ints) -> Rays:
-    """Rays from the turns, from the strip before to the strip after: clockwise seen from outside."""
+    They run from the strip before to the strip after: clockwise seen from outside.
+    """
+    wedge = total - np.pi
+    count = np.ceil(wedge / FAN_ANGLE).astype(np.int64)
     offsets = offsets_of(count)
     owner = rows_of(offsets)
-    place = (np.arange(len(owner)) - offsets[:-1][owner] + 0.5) / count[owner]
-    angle = turn.total[owner] - np.pi / 2 - turn.wedge[owner] * place
-    halfedge, angle = find_sector(frames, turn.halfedge[owner], angle)
+    part = (np.arange(len(owner)) - offsets[:-1][owner] + 0.5) / count[owner]
+    angle = total[owner] - np.pi / 2 - wedge[owner] * part
+    halfedge, angle = _find_sector(frames, corner[owner], angle)
     n = len(halfedge)
-    start = 1e-9 * frames.length[halfedge]
+    start = _OFF_THE_CORNER * frames.length[halfedge]
     wide = np.full(n, np.inf)
-    return Rays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
+    rays = Rays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
+    return rays, offsets[:-1], offsets[1:] - 1
 
 
-def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:
+def _find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:
     """The outgoing halfedge whose face holds a direction, and the angle that is left in it.
 
     ``angle`` counts counter-clockwise from the given outgoing halfedges.
     """
     at, left = halfedge.copy(), angle.copy()
-    active = np.arange(len(at))
-    for _ in range(_MOST_SECTORS):
-        active = active[left[active] >= frames.angle[at[active]]]
-        if len(active) == 0:
-            break
+    active = np.flatnonzero(left >= frames.angle[at])
+    while len(active):
         onward = frames.twin[frames.previous[at[active]]]
         active, onward = active[onward != NO_TWIN], onward[onward != NO_TWIN]
         left[active] -= frames.angle[at[active]]
         at[active] = onward
+        active = active[left[active] >= frames.angle[onward]]
     return at, np.minimum(left, frames.angle[at] * (1 - 1e-9))
