@@ -24,7 +24,7 @@ CHORD_SHARE = 1e-3
 """Chord error allowed, as a part of the size (the diagonal of the box about the surface)."""
 
 _EDGE_SHARE = 1 / 50
-_CHORD_FACTOR = 4.5
+_CHORD_FACTOR = 3.5
 _ANGLE = 0.6
 _LEAST_IN_CHORDS = 4.0
 _SEGMENTS_OF_CLOSED = 8

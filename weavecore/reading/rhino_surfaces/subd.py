@@ -14,7 +14,7 @@ from weavecore.reading.rhino_surfaces.meshed import MeshedObject
 from weavecore.reading.rhino_surfaces.sizing import CHORD_SHARE
 
 _EDGE_SHARE = 1 / 50
-_MOST_LEVELS = 5
+_MOST_LEVELS = 9
 _MOST_FACES = 400_000
 _USUAL_FACES = 40_000
 _NEXT_LEVEL = 4
@@ -44,13 +44,13 @@ def mesh_subd(
         points, quads = _limit_quads(refined, moved)
         extent = float(np.linalg.norm(np.ptp(points, axis=0)))
         error = _chord_error(points, quads)
-        long = _median_edge(points, quads) > (edge_target or _EDGE_SHARE * extent)
-        coarse = error > (chord or CHORD_SHARE * extent)
-        after = _NEXT_LEVEL * len(quads)
-        asked = (edge_target is not None and long) or (chord is not None and coarse)
-        if asked and after > _MOST_FACES:
+        length = _median_edge(points, quads)
+        # Lengths are halved and errors quartered by a level, while faces become four times as many.
+        asked = max(length / edge_target if edge_target else 0.0, np.sqrt(error / chord) if chord else 0.0)
+        if len(quads) * asked**2 > _MOST_FACES:
             raise TooMuchWork("The SubD would take too many faces", remedy="Give a longer edge target.")
-        if not (long or coarse) or (not asked and after > _USUAL_FACES):
+        fine = length <= (edge_target or _EDGE_SHARE * extent) and error <= (chord or CHORD_SHARE * extent)
+        if fine or (asked <= 1 and _NEXT_LEVEL * len(quads) > _USUAL_FACES):
             break
     faces = split_quads(points, quads).reshape(-1, 3)
     if np.linalg.det(moved[:3, :3]) < 0:
