@@ -7,6 +7,7 @@ What is costly to import is imported where it is used: ``--help`` answers at onc
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import sys
 import warnings
@@ -40,6 +41,9 @@ REFUSED, STOPPED = 1, 130
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
     """Run the command with these arguments, by default those of the process, and exit with its status."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # A name or sign that the terminal lacks must not end the work.
+            stream.reconfigure(errors="replace")
     try:
         with _one_line_errors():
             app(arguments, prog_name="weavecore")
@@ -264,8 +268,6 @@ def _one_line_errors() -> Iterator[None]:
         _end(str(error), REFUSED)
     except KeyboardInterrupt:
         _end("stopped; no file was changed", STOPPED)
-    except BrokenPipeError:
-        sys.exit(0)
     except MemoryError:
         _end("TOO_MUCH_WORK: the memory did not suffice. Choose a larger spacing or a coarser mesh.", REFUSED)
     except Exception as error:  # noqa: BLE001 - a fault of the program must not end in a traceback either.

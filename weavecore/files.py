@@ -98,7 +98,8 @@ def _check_target(path: Path, target: Path, overwrite: bool) -> None:
         if not target.is_file():
             raise NotWritten(f"{path} is a folder or a device", remedy="Give the path of a file.")
         if not overwrite:
-            raise OutputExists(f"{path} exists already", remedy="Choose another name, or ask for it to be overwritten.")
+            remedy = "Choose another name, or overwrite it: --overwrite, overwrite=True."
+            raise OutputExists(f"{path} exists already", remedy=remedy)
     elif not target.parent.is_dir():
         raise NotWritten(f"The folder {path.parent} does not exist", remedy="Make the folder first, or name another.")
 

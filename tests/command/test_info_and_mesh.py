@@ -1,0 +1,76 @@
+"""``weavecore info`` and ``weavecore mesh``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Callable
+
+import numpy as np
+import pytest
+
+from weavecore.exporting.registry import export
+from weavecore.pipeline import read_surface
+from woven_tube import tube_surface
+
+Run = Callable[..., Any]
+
+
+def test_info_tells_of_each_object_what_weaving_asks(run: Run) -> None:
+    ended = run("info", "tube.3dm")
+    assert (ended.status, ended.err) == (0, "")
+    first, layers, heading, row = ended.out.splitlines()
+    assert first == "tube.3dm: 3dm, version 7, unit Meters, tolerance 0.002"
+    assert layers == "layers: weave, weave::surface"
+    assert heading.split() == ["object", "kind", "layer", "faces", "borders", "χ", "verdict"]
+    assert row.split()[:4] == ["Tube", "Mesh", "weave::surface", "48"]
+    assert row.split()[4:] == ["2:", "6.2117", "m,", "6.2117", "m", "0", "can", "be", "woven"]
+
+
+def test_info_says_why_an_object_would_be_refused(run: Run, folder: Path) -> None:
+    surface = tube_surface()
+    text = "".join(f"v {x} {y} {z}\n" for x, y, z in surface.vertices.tolist())
+    Path("bad.obj").write_text(text + "f 1 2 3\nf 1 2 4\nf 1 2 5\n", "utf-8")
+    ended = run("info", "bad.obj")
+    assert ended.status == 0
+    assert "NON_MANIFOLD" in ended.out
+
+
+@pytest.mark.parametrize("name", ["not there.3dm", "empty.3dm", "empty.obj", "notes.txt"])
+def test_a_file_that_cannot_be_read_is_one_line(run: Run, folder: Path, name: str) -> None:
+    Path("empty.3dm").touch()
+    Path("empty.obj").touch()
+    Path("notes.txt").touch()
+    for command in (["info", name], ["weave", name], ["mesh", name, "-o", "m.obj"]):
+        ended = run(*command)
+        if command[0] == "info" and name == "empty.obj":
+            assert "DEGENERATE" in ended.out or "NO_SURFACE" in ended.out or ended.status == 1
+            continue
+        assert ended.status == 1
+        assert ended.err.startswith("weavecore: ")
+        assert ended.err.count("\n") == 1
+        assert "Traceback" not in ended.err
+
+
+@pytest.mark.parametrize("ending", ["3dm", "obj", "ply", "off", "json"])
+def test_mesh_writes_the_mesh_that_weave_would_use(run: Run, folder: Path, ending: str) -> None:
+    ended = run("mesh", "tube.3dm", "-o", f"m.{ending}")
+    assert (ended.status, ended.err) == (0, "")
+    assert "surface  Tube: 48 faces, 2 borders" in ended.out
+    if ending != "json":
+        again = read_surface(f"m.{ending}")
+        assert np.array_equal(again.vertices, tube_surface().vertices)
+        assert np.array_equal(again.faces, tube_surface().faces)
+
+
+def test_mesh_keeps_the_unit_and_chooses_by_layer(run: Run, folder: Path) -> None:
+    assert run("mesh", "tube.3dm", "-o", "m.3dm", "--layer", "weave::surface").status == 0
+    assert read_surface("m.3dm").unit == "Meters"
+    ended = run("mesh", "tube.3dm", "-o", "n.3dm", "--layer", "elsewhere")
+    assert ended.status == 1
+    assert ended.err.startswith("weavecore: NO_SURFACE: ")
+
+
+def test_names_that_look_like_markup_are_shown_as_they_are(run: Run, folder: Path) -> None:
+    export(replace(tube_surface(), name="Tube [bold]x[/bold] :smile:"), "odd.3dm")
+    assert "Tube [bold]x[/bold] :smile:" in run("info", "odd.3dm").out

@@ -1,0 +1,195 @@
+"""``weavecore weave``: what it writes, what it says, and how it ends."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Callable
+
+import pytest
+import rhino3dm
+from typer.testing import CliRunner
+
+from weavecore import cli, pipeline
+from weavecore.cli import app
+
+Run = Callable[..., Any]
+
+
+def spacing_of(path: str) -> float:
+    return json.loads(Path(path).read_text("utf-8"))["parameters"]["spacing"]
+
+
+def test_all_three_outputs_are_written_and_told(run: Run, folder: Path) -> None:
+    ended = run("weave", "tube.3dm", "-o", "w.3dm", "--json", "w.json", "--picture", "w.png", "--spacing", "1")
+    assert (ended.status, ended.err) == (0, "")
+    assert "written    w.3dm, w.json, w.png" in ended.out
+    assert "spacing    1 m\n" in ended.out
+    document = rhino3dm.File3dm.Read("w.3dm")
+    assert document.Settings.ModelUnitSystem == rhino3dm.UnitSystem.Meters
+    assert document.Settings.ModelAbsoluteTolerance == 0.002
+    assert Path("w.png").read_bytes()[1:4] == b"PNG"
+    result = json.loads(Path("w.json").read_text("utf-8"))
+    assert {"surface", "latitudes", "lattice", "strands"} <= set(result)
+    assert result["unit"] == "Meters"
+    assert result["parameters"]["input"] == "tube.3dm"
+    assert result["parameters"]["pattern"] == "triangular"
+
+
+@pytest.mark.parametrize(
+    ("typed", "metres"), [("1.25", 1.25), ("1250mm", 1.25), ("125 cm", 1.25), ("4ft", 1.2192), ("48in", 1.2192)]
+)
+def test_lengths_are_converted_to_the_unit_of_the_file(run: Run, typed: str, metres: float) -> None:
+    assert run("weave", "tube.3dm", "--json", "w.json", "--spacing", typed).status == 0
+    assert spacing_of("w.json") == pytest.approx(metres, rel=1e-15)
+
+
+def test_a_file_without_unit_takes_plain_numbers_only(run: Run, folder: Path) -> None:
+    ended = run("weave", "tube.obj", "--json", "w.json", "--spacing", "1000mm")
+    assert ended.status == 1
+    assert ended.err.startswith("weavecore: UNSUPPORTED: The file says no unit, so 1,000 mm cannot be converted.")
+    assert not Path("w.json").exists()
+    assert run("weave", "tube.obj", "--json", "w.json", "--spacing", "1").status == 0
+
+
+def test_without_spacing_one_is_chosen_and_told(run: Run) -> None:
+    ended = run("weave", "tube.3dm", "--json", "w.json")
+    assert "(chosen; set it with --spacing)" in ended.out
+    assert spacing_of("w.json") == pipeline.suggest_spacing(pipeline.read_surface("tube.3dm"))
+
+
+def test_the_edge_alone_gives_the_spacing_of_equilateral_triangles(run: Run) -> None:
+    assert run("weave", "tube.3dm", "--json", "w.json", "--edge", "1200mm").status == 0
+    result = json.loads(Path("w.json").read_text("utf-8"))
+    assert result["parameters"]["spacing"] == pytest.approx(1.2 * 3**0.5 / 2)
+    assert result["parameters"]["edge_length"] == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--spacing", "12parsecs"],
+        ["--spacing", "wide"],
+        ["--spacing", "0"],
+        ["--spacing", "-3"],
+        ["--edge", "1e999"],
+        ["--pattern", "plaid"],
+        ["--method", "guess"],
+        ["--cut-plane", "0,0,0,1,0"],
+        ["--cut-plane", "0,0,0,0,0,0"],
+        ["--cut-plane", "0,0,nan,0,0,1"],
+        ["--json", "w.txt"],
+        ["--picture", "w.jpg"],
+        ["--colour", "blue"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_ends_with_2_before_any_work(arguments: list[str], folder: Path) -> None:
+    ended = CliRunner().invoke(app, ["weave", "not there.3dm", *arguments])
+    assert ended.exit_code == 2, ended.output
+    assert "Usage" in ended.output
+    assert isinstance(ended.exception, SystemExit)
+
+
+def test_outputs_that_exist_are_refused_before_the_work_and_kept(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("w.json").write_text("old")
+    monkeypatch.setattr(pipeline, "read_surface", lambda *_a, **_k: pytest.fail("the work was begun"))
+    ended = run("weave", "tube.3dm", "-o", "w.3dm", "--json", "w.json")
+    assert ended.status == 1
+    assert ended.err.startswith("weavecore: EXISTS: w.json exists already. ")
+    assert ended.err.count("
+") == 1
+    assert Path("w.json").read_text() == "old"
+    assert not Path("w.3dm").exists()
+
+
+def test_overwrite_replaces(run: Run, folder: Path) -> None:
+    Path("w.json").write_text("old")
+    assert run("weave", "tube.3dm", "--json", "w.json", "--spacing", "1", "--overwrite").status == 0
+    assert spacing_of("w.json") == 1.0
+
+
+@pytest.mark.parametrize(
+    ("out", "code"), [("nowhere/w.3dm", "NOT_WRITTEN"), ("w.dwg", "UNSUPPORTED"), ("w", "UNSUPPORTED")]
+)
+def test_outputs_that_cannot_be_are_refused_in_one_line(run: Run, out: str, code: str) -> None:
+    ended = run("weave", "tube.3dm", "-o", out)
+    assert ended.status == 1
+    assert ended.err.startswith(f"weavecore: {code}: ")
+    assert ended.err.count("\n") == 1
+
+
+def test_nothing_is_written_where_one_output_fails(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = sorted(path.name for path in folder.iterdir())
+
+    def fail(*_a: object, **_k: object) -> bytes:
+        raise MemoryError
+
+    monkeypatch.setattr(pipeline, "encode_picture", fail)
+    ended = run("weave", "tube.3dm", "--json", "w.json", "--picture", "w.png", "--spacing", "1")
+    assert ended.status == 1
+    assert ended.err.startswith("weavecore: TOO_MUCH_WORK: ")
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_a_spacing_too_large_is_refused_in_one_line(run: Run) -> None:
+    ended = run("weave", "tube.3dm", "--spacing", "100")
+    assert ended.status == 1
+    assert ended.out == ""
+    assert ended.err.startswith("weavecore: SPACING_TOO_LARGE: ")
+    assert ended.err.count("\n") == 1
+
+
+def test_quiet_says_nothing(run: Run) -> None:
+    ended = run("weave", "tube.3dm", "--json", "w.json", "--spacing", "1", "--quiet")
+    assert ended == (0, "", "")
+
+
+def test_a_fault_of_the_program_is_one_line_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_a: object, **_k: object) -> None:
+        raise ZeroDivisionError("by\nnought")
+
+    monkeypatch.setattr(pipeline, "offset", fail)
+    ended = run("weave", "tube.3dm")
+    assert ended.status == 1
+    assert ended.err.startswith("weavecore: INTERNAL: ZeroDivisionError: by nought. This is a fault of weavecore")
+    assert ended.err.count("\n") == 1
+
+
+def test_stopping_it_leaves_all_as_it_was(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(*_a: object, **_k: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pipeline, "encode", stop)
+    Path("w.json").write_text("old")
+    ended = run("weave", "tube.3dm", "--json", "w.json", "--spacing", "1", "--overwrite")
+    assert ended.status == 130
+    assert Path("w.json").read_text() == "old"
+
+
+def test_the_unit_that_is_missing_is_warned_of_in_one_line(run: Run, folder: Path) -> None:
+    assert run("mesh", "tube.obj", "-o", "plain.3dm", "--quiet").status == 0
+    ended = run("weave", "plain.3dm", "--spacing", "1")
+    assert ended.status == 0
+    assert ended.err == "weavecore: warning: UNIT_UNKNOWN: plain.3dm says no unit; lengths are taken as they are\n"
+
+
+def test_the_parts_of_the_work_make_one_progress(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bar is drawn on a terminal alone; here a list takes its place."""
+    from contextlib import contextmanager
+
+    told: list[tuple[float, str]] = []
+
+    @contextmanager
+    def listening(*, quiet: bool) -> Any:
+        yield lambda fraction, label: told.append((fraction, label))
+
+    monkeypatch.setattr(cli, "_progress", listening)
+    assert CliRunner().invoke(app, ["weave", "tube.3dm", "--json", "w.json", "--spacing", "1"]).exit_code == 0
+    fractions = [fraction for fraction, _ in told]
+    assert fractions == sorted(fractions)
+    assert fractions[0] == 0.0
+    assert fractions[-1] <= 1.0
+    assert len({label for _, label in told}) >= 4

@@ -1,0 +1,58 @@
+"""The spacing that is taken where none is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from weavecore.model import SurfaceMesh
+from weavecore.offsetting.suggestion import round_friendly, spacing_for_edges, suggest_spacing
+from woven_tube import tube_surface
+
+
+def disc(n_rings: int, radius: float = 1.0) -> SurfaceMesh:
+    """A flat disc of rings of triangles about its middle."""
+    points, faces = [[0.0, 0.0, 0.0]], []
+    n = 6 * n_rings
+    turn = 2 * np.pi * np.arange(n) / n
+    for k in range(1, n_rings + 1):
+        points += np.c_[np.cos(turn), np.sin(turn), 0 * turn].__mul__(radius * k / n_rings).tolist()
+    for j in range(n):
+        faces.append([0, 1 + j, 1 + (j + 1) % n])
+        for k in range(n_rings - 1):
+            a, b = 1 + k * n + j, 1 + k * n + (j + 1) % n
+            faces += [[a, a + n, b + n], [a, b + n, b]]
+    return SurfaceMesh(np.array(points), np.array(faces))
+
+
+def test_a_fine_mesh_gets_some_fifteen_generations() -> None:
+    assert 12 <= 1.0 / suggest_spacing(disc(60)) <= 20
+
+
+def test_a_coarse_mesh_gets_wider_but_never_too_few() -> None:
+    coarse = suggest_spacing(disc(6))
+    assert coarse > suggest_spacing(disc(60))
+    assert 4 <= 1.0 / coarse <= 8
+    assert 2.5 / suggest_spacing(tube_surface()) >= 3
+
+
+@given(st.integers(-6, 6))
+def test_the_spacing_grows_with_the_surface(power: int) -> None:
+    surface = disc(20)
+    scaled = replace(surface, vertices=surface.vertices * 10.0**power)
+    assert suggest_spacing(scaled) == pytest.approx(suggest_spacing(surface) * 10.0**power, rel=1e-12)
+
+
+@given(st.floats(1e-9, 1e9))
+def test_round_numbers_are_near_and_short(length: float) -> None:
+    friendly = round_friendly(length)
+    assert 1 / 1.16 < friendly / length < 1.16
+    assert len(f"{friendly:e}".split("e")[0].rstrip("0").rstrip(".")) <= 3
+
+
+def test_equilateral_triangles_are_as_high_as_the_spacing() -> None:
+    assert spacing_for_edges(2.0) == pytest.approx(3**0.5)
