@@ -13,7 +13,6 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
-from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.model.latitudes import Bands
 from weavecore.offsetting.contours import Crossings, Loops
 from weavecore.offsetting.persistence import Regions
@@ -62,9 +61,7 @@ class Pieces:
         def tally(bands: Ints) -> Ints:
             return np.bincount(bands, minlength=self.count)
 
-        tail, head = halfedge_ends(sheet.faces)
-        once = (tail < head) | (sheet.twins == NO_TWIN)
-        a, b = self.node_band[tail[once]], self.node_band[head[once]]
+        a, b = self.node_band[sheet.tail[sheet.edges]], self.node_band[sheet.head[sheet.edges]]
         edges = tally(a) + tally(b[a != b]) + tally(self.above[~self.is_last_on_edge])
         corners = sheet.faces[np.arange(len(sheet.faces)), np.argmin(regions.band[sheet.faces], axis=1)]
         pieces = tally(self.node_band[corners]) + tally(self.above)

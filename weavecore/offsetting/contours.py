@@ -15,7 +15,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of
-from weavecore.geometry.halfedges import halfedge_ends, next_halfedge, previous_halfedge
+from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
+from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEVEL_REACHED
 
 
@@ -65,24 +66,21 @@ def count_levels(distance: Floats, spacing: float) -> Ints:
     return np.floor(distance / spacing + LEVEL_REACHED).astype(np.int64)
 
 
-def count_crossings(faces: Ints, band: Ints) -> int:
-    """Number of crossings on inner edges, without allocating them."""
-    tail, head = halfedge_ends(faces)
-    return int(np.maximum(band[tail] - band[head], 0).sum())
+def count_crossings(sheet: Sheet, band: Ints) -> int:
+    """Number of crossings, without allocating them."""
+    return int(np.abs(band[sheet.tail[sheet.edges]] - band[sheet.head[sheet.edges]]).sum())
 
 
-def find_crossings(faces: Ints, twins: Ints, band: Ints) -> Crossings:
+def find_crossings(sheet: Sheet, band: Ints) -> Crossings:
     """All crossings of an edge with a level.
 
     Parameters
     ----------
-    faces : (F, 3) int64
-    twins : (3F,) int64
-        Both ends of an edge without twin must lie in the same band.
-    band : (V,) int64
-        Number of levels at or below each vertex.
+    sheet : Sheet
+    band : (n,) int64
+        Number of levels at or below each node; the same at both ends of an edge of the border.
     """
-    tail, head = halfedge_ends(faces)
+    tail, head = sheet.tail, sheet.head
     count = np.maximum(band[tail] - band[head], 0)
     first = np.cumsum(count) - count
     falling = np.flatnonzero(count)
@@ -91,7 +89,7 @@ def find_crossings(faces: Ints, twins: Ints, band: Ints) -> Crossings:
     level = band[shallow] + 1 + (np.arange(len(halfedge)) - first[halfedge])
     before, behind = next_halfedge(halfedge), previous_halfedge(halfedge)
     apex_is_deeper = band[tail[behind]] >= level
-    across = twins[np.where(apex_is_deeper, before, behind)]
+    across = sheet.twins[np.where(apex_is_deeper, before, behind)]
     after = first[across] + level - band[head[across]] - 1
     return Crossings(halfedge, level, after, tail[halfedge], shallow)
 

@@ -18,6 +18,8 @@ from weavecore.tolerances import LEVEL_FROM_VERTEX
 
 KINK = 0.25
 """Slopes at both ends that differ by more than this belong to two fronts."""
+_LEAST_FLAT = 0.25
+"""A gradient that stands steeper on the surface than this, squared, has lost its direction."""
 _STEPS = 4
 
 
@@ -31,8 +33,9 @@ def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spa
     rise = np.maximum(high - low, np.finfo(float).tiny)
     height = np.clip((spacing * crossings.level - low) / rise, 0.0, 1.0)
     along = sheet.points[deep] - sheet.points[shallow]
-    start, is_start = slope_along(sheet.gradient[shallow], along)
-    end, is_end = slope_along(sheet.gradient[deep], along)
+    normal = sheet.edge_normals(crossings.halfedge)
+    start, is_start = slope_along(sheet.gradient[shallow], along, normal)
+    end, is_end = slope_along(sheet.gradient[deep], along, normal)
     is_kept = regions.distance == sheet.distance
     stays = is_kept[deep] & is_kept[shallow]
     is_start, is_end = is_start & stays, is_end & stays
@@ -46,9 +49,21 @@ def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spa
     return 1.0 - _kept_apart(part, regions.band, crossings)
 
 
-def slope_along(gradient: Floats, along: Floats) -> tuple[Floats, Bools]:
-    """How much the distance would rise over each whole edge (N, 3), and whether that is known."""
-    return np.einsum("ij,ij->i", gradient, along), (gradient != 0).any(1)
+def slope_along(gradient: Floats, along: Floats, normal: Floats) -> tuple[Floats, Bools]:
+    """How much the distance would rise over each whole edge, and whether that is known.
+
+    Parameters
+    ----------
+    gradient : (N, 3) float64
+        In the plane of some face at an end of the edge.
+    along : (N, 3) float64
+        The edge from end to end.
+    normal : (N, 3) float64
+        Of the surface at the edge: into its plane the gradient is turned.
+    """
+    flat = 1.0 - np.einsum("ij,ij->i", gradient, normal) ** 2
+    rise = np.einsum("ij,ij->i", gradient, along) / np.sqrt(np.maximum(flat, _LEAST_FLAT))
+    return rise, (gradient != 0).any(1) & (flat > _LEAST_FLAT)
 
 
 def _cubic(height: Floats, start: Floats, end: Floats) -> Floats:

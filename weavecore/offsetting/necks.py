@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
-from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEAST_CAP
 
@@ -26,9 +25,8 @@ def cut_necks(sheet: Sheet, *, spacing: float) -> Floats:
     is_near = (np.abs(above) < LEAST_CAP) & (level > 0)
     is_narrow = is_near & (above >= 0) & (sheet.steepness < _STEEP)
     # What lies beside a narrow ridge, yet beyond the level, would be left as a splinter.
-    tail, head = halfedge_ends(sheet.faces)
     is_low = is_narrow.copy()
-    is_low[head[is_narrow[tail]]] = True
+    is_low[sheet.head[is_narrow[sheet.tail]]] = True
     is_low &= is_near & (above >= 0)
     # The end of an edge that has a ridge on it is no saddle, however the mesh makes it look.
     ridge = sheet.edge_of[:, 0] != sheet.edge_of[:, 1]

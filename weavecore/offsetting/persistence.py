@@ -15,7 +15,6 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
-from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.offsetting.contours import count_levels
 from weavecore.offsetting.necks import cut_necks
 from weavecore.offsetting.sheet import Sheet
@@ -51,10 +50,9 @@ def group_nodes(sheet: Sheet, *, spacing: float) -> Regions:
     """
     distance = cut_necks(sheet, spacing=spacing)
     band = count_levels(distance, spacing)
-    tail, head = halfedge_ends(sheet.faces)
+    tail, head = sheet.tail[sheet.edges], sheet.head[sheet.edges]
     falls = band[tail] != band[head]
-    level_edge = ~falls & ((tail < head) | (sheet.twins == NO_TWIN))
-    count, label = _components(tail[level_edge], head[level_edge], sheet.n_nodes)
+    count, label = _components(tail[~falls], head[~falls], sheet.n_nodes)
     graph = _RegionGraph(band, label, count, tail[falls], head[falls])
     region_band, merged = graph.level(distance / spacing, sheet.on_border())
     settled = region_band[label]
@@ -70,7 +68,8 @@ class _RegionGraph:
         self.node_label = label
         self.band = np.empty(count, np.int64)
         self.band[label] = band
-        pairs = np.unique(label[tail] * np.int64(count) + label[head])
+        ends = label[np.concatenate([tail, head])], label[np.concatenate([head, tail])]
+        pairs = np.unique(ends[0] * np.int64(count) + ends[1])
         self.a, self.b = pairs // count, pairs % count
 
     def level(self, height: Floats, on_border: Bools) -> tuple[Ints, Ints]:

@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.edge_splitting import NOT_SPLIT, split_edges
-from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.contours import count_levels
 from weavecore.offsetting.edge_profile import KINK, slope_along
 from weavecore.offsetting.sheet import Sheet
@@ -35,10 +35,9 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet
     halfedge, share, peak = _find_peaks(sheet, edge_lengths, spacing)
     if len(halfedge) == 0:
         return sheet
-    tail, head = halfedge_ends(sheet.faces)
-    a, b = tail[halfedge], head[halfedge]
+    a, b = sheet.tail[halfedge], sheet.head[halfedge]
     points = np.concatenate([sheet.points, sheet.points[a] + (sheet.points[b] - sheet.points[a]) * share[:, None]])
-    middle = np.full(len(tail), NOT_SPLIT, np.int64)
+    middle = np.full(len(sheet.tail), NOT_SPLIT, np.int64)
     middle[halfedge] = middle[sheet.twins[halfedge]] = sheet.n_nodes + np.arange(len(halfedge))
     faces, part_of, twins = split_edges(points, sheet.faces, sheet.twins, middle)
     steepness = 0.5 * np.linalg.norm(sheet.gradient[a] + sheet.gradient[b], axis=1)
@@ -58,23 +57,32 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet
 
 def _find_peaks(sheet: Sheet, edge_lengths: Floats, spacing: float) -> tuple[Ints, Floats, Floats]:
     """Halfedges with a peak that a level comes near, where on them it lies, and its distance."""
-    tail, head = halfedge_ends(sheet.faces)
-    higher = np.maximum(sheet.distance[tail], sheet.distance[head])
+    h = sheet.edges[sheet.twins[sheet.edges] != NO_TWIN]
+    a, b = sheet.tail[h], sheet.head[h]
+    higher = np.maximum(sheet.distance[a], sheet.distance[b])
     # No distance rises faster than the way: this is the most that a peak can be.
-    most = 0.5 * (sheet.distance[tail] + sheet.distance[head] + edge_lengths)
-    may = (tail < head) & (sheet.twins != NO_TWIN) & (_level_at(most, spacing) > higher - edge_lengths)
-    h = np.flatnonzero(may)
-    a, b = tail[h], head[h]
-    along = sheet.points[b] - sheet.points[a]
-    rise, is_rise = slope_along(sheet.gradient[a], along)
-    fall, is_fall = slope_along(-sheet.gradient[b], along)
-    is_ridge = is_rise & is_fall & (rise > 0) & (fall > 0) & (rise + fall > KINK * edge_lengths[h])
+    most = 0.5 * (sheet.distance[a] + sheet.distance[b] + edge_lengths[h])
+    h = h[_level_at(most, spacing) > higher - edge_lengths[h]]
+    h = h[_rises_from_both_ends(sheet, h)]
+    a, b = sheet.tail[h], sheet.head[h]
+    along, normal = sheet.points[b] - sheet.points[a], sheet.edge_normals(h)
+    rise, is_rise = slope_along(sheet.gradient[a], along, normal)
+    fall, is_fall = slope_along(-sheet.gradient[b], along, normal)
+    is_ridge = is_rise & is_fall & (rise + fall > KINK * edge_lengths[h])
     h, a, b, rise, fall = h[is_ridge], a[is_ridge], b[is_ridge], rise[is_ridge], fall[is_ridge]
     share = (sheet.distance[b] + fall - sheet.distance[a]) / (rise + fall)
     peak = sheet.distance[a] + rise * share
     level = _level_at(peak, spacing)
     is_near = (level > 0) & (peak - level < edge_lengths[h]) & (share > _LEAST_SHARE) & (share < 1 - _LEAST_SHARE)
     return h[is_near], share[is_near], peak[is_near]
+
+
+def _rises_from_both_ends(sheet: Sheet, h: Ints) -> Bools:
+    a, b = sheet.tail[h], sheet.head[h]
+    along = sheet.points[b] - sheet.points[a]
+    rise = np.einsum("ij,ij->i", sheet.gradient[a], along)
+    fall = -np.einsum("ij,ij->i", sheet.gradient[b], along)
+    return np.asarray((rise > 0) & (fall > 0))
 
 
 def _level_at(distance: Floats, spacing: float) -> Floats:

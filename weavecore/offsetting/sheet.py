@@ -8,15 +8,12 @@ node per side) or lies on an edge between two of those.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
-from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, previous_halfedge
-from weavecore.model.surface import SurfaceMesh
-from weavecore.offsetting.field import DistanceField
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,88 +67,58 @@ class Sheet:
     def n_nodes(self) -> int:
         return len(self.points)
 
+    @cached_property
+    def tail(self) -> Ints:
+        """(3F,) node at which each halfedge begins."""
+        return halfedge_ends(self.faces)[0]
+
+    @cached_property
+    def head(self) -> Ints:
+        """(3F,) node at which each halfedge ends."""
+        return halfedge_ends(self.faces)[1]
+
+    @cached_property
+    def edges(self) -> Ints:
+        """(E,) one halfedge of every edge."""
+        return np.flatnonzero(self.twins < np.arange(len(self.twins)))
+
     def on_border(self) -> Bools:
         """(n,) whether a node lies on the border of the sheet."""
         flag = np.zeros(self.n_nodes, bool)
-        tail, head = halfedge_ends(self.faces)
         border = self.twins == NO_TWIN
-        flag[tail[border]] = flag[head[border]] = True
+        flag[self.tail[border]] = flag[self.head[border]] = True
         return flag
+
+    def edge_normals(self, halfedge: Ints) -> Floats:
+        """(N, 3) unit normals of the surface at inner edges: between those of the faces beside them."""
+        normal = self._face_vectors(halfedge // 3) + self._face_vectors(self.twins[halfedge] // 3)
+        size = np.sqrt(np.einsum("ij,ij->i", normal, normal))[:, None]
+        unit: Floats = np.divide(normal, size, out=normal, where=size > 0)
+        return unit
+
+    def _face_vectors(self, face: Ints) -> Floats:
+        """(N, 3) normals of faces, as long as twice their areas."""
+        a, b, c = (self.points[self.faces[face, k]] for k in range(3))
+        (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
+        return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)
 
     def locate(self, halfedge: Ints, part: Floats) -> tuple[Ints, Floats]:
         """Face of the surface and barycentric coordinates in it (N, 3) of points on halfedges."""
-        tail, head = halfedge_ends(self.faces)
         face = self.face_of[halfedge // 3]
-        corners = self.whole_faces[face]
         barycentric = np.zeros((len(halfedge), 3))
-        for node, weight in ((tail[halfedge], 1.0 - part), (head[halfedge], part)):
-            a, b = self.edge_of[node].T
-            share = self.share[node]
-            barycentric += np.where(corners == a[:, None], (weight * (1.0 - share))[:, None], 0.0)
-            barycentric += np.where(corners == b[:, None], (weight * share)[:, None], 0.0)
+        row = np.arange(len(halfedge))
+        barycentric[row, halfedge % 3] = 1.0 - part
+        barycentric[row, (halfedge + 1) % 3] = part
+        split = np.flatnonzero((self.faces[halfedge // 3] != self.whole_faces[face]).any(1))
+        barycentric[split] = self._weights_in(face[split], halfedge[split], part[split])
         return face, barycentric
 
-
-def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
-    """The surface opened along its cuts."""
-    faces, twins, vertex = surface.faces, surface.twins, np.arange(surface.n_vertices)
-    if surface.cuts:
-        faces, vertex = _part_vertices(surface)
-        twins = np.where(surface.is_cut, NO_TWIN, twins)
-    n_borders, n_cuts = len(surface.borders), len(surface.cuts)
-    left, right = _halfedges_of_cuts(surface)
-    return Sheet(
-        points=surface.vertices[vertex] if surface.cuts else surface.vertices,
-        faces=faces,
-        twins=twins,
-        distance=field.distance[vertex],
-        gradient=field.gradient[vertex],
-        whole_faces=faces,
-        face_of=np.arange(surface.n_faces),
-        edge_of=np.repeat(np.arange(len(vertex))[:, None], 2, axis=1),
-        share=np.zeros(len(vertex)),
-        steepness=np.ones(len(vertex)),
-        origins=surface.borders + surface.cuts,
-        side_polyline=np.concatenate([np.arange(n_borders + n_cuts), n_borders + np.arange(n_cuts)]),
-        side_node=np.concatenate([[b[0] for b in surface.borders], faces.ravel()[left], faces.ravel()[right]]).astype(
-            np.int64
-        ),
-        side_is_left=np.arange(n_borders + 2 * n_cuts) < n_borders + n_cuts,
-    )
-
-
-def _halfedges_of_cuts(surface: SurfaceMesh) -> tuple[Ints, Ints]:
-    """The halfedge from the first to the second vertex of each cut, and its twin."""
-    tail, head = halfedge_ends(surface.faces)
-    candidates = np.flatnonzero(surface.is_cut)
-    key = tail[candidates] * surface.n_vertices + head[candidates]
-    order = np.argsort(key)
-    wanted = np.array([loop[0] * surface.n_vertices + loop[1] for loop in surface.cuts], np.int64)
-    left: Ints = candidates[order][np.searchsorted(key[order], wanted)]
-    return left, surface.twins[left]
-
-
-def _part_vertices(surface: SurfaceMesh) -> tuple[Ints, Ints]:
-    """Faces whose corners on a cut name one node per fan of faces, and the vertex of each node."""
-    corner_vertex = surface.faces.ravel()
-    n = surface.n_vertices
-    is_on_cut = np.zeros(n, bool)
-    is_on_cut[np.concatenate(surface.cuts)] = True
-    corners = np.flatnonzero(is_on_cut[corner_vertex])
-    behind = previous_halfedge(corners)
-    joined = ~surface.is_cut[behind] & (surface.twins[behind] != NO_TWIN)
-    here = np.flatnonzero(joined)
-    there = np.searchsorted(corners, surface.twins[behind[joined]])
-    links = coo_matrix((np.ones(len(here), np.int8), (here, there)), shape=(len(corners), len(corners)))
-    count, fan = connected_components(links, directed=False)
-    fan_vertex = np.empty(count, np.int64)
-    fan_vertex[fan] = corner_vertex[corners]
-    # The first fan of a vertex keeps its number, the others are appended.
-    _, keeps = np.unique(fan_vertex, return_index=True)
-    is_new = np.ones(count, bool)
-    is_new[keeps] = False
-    node = fan_vertex.copy()
-    node[is_new] = n + np.arange(int(is_new.sum()))
-    faces = corner_vertex.copy()
-    faces[corners] = node[fan]
-    return faces.reshape(-1, 3), np.concatenate([np.arange(n), fan_vertex[is_new]])
+    def _weights_in(self, face: Ints, halfedge: Ints, part: Floats) -> Floats:
+        """Barycentric coordinates in whole faces of points on halfedges of their parts."""
+        corners = self.whole_faces[face]
+        barycentric = np.zeros((len(face), 3))
+        for node, weight in ((self.tail[halfedge], 1.0 - part), (self.head[halfedge], part)):
+            share = self.share[node]
+            for k, weights in ((0, weight * (1.0 - share)), (1, weight * share)):
+                barycentric += np.where(corners == self.edge_of[node, k, None], weights[:, None], 0.0)
+        return barycentric

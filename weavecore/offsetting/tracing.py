@@ -13,9 +13,10 @@ from weavecore.offsetting.bands import find_bands, find_parents
 from weavecore.offsetting.contours import Crossings, Loops, chain_loops, count_crossings, find_crossings
 from weavecore.offsetting.edge_profile import place_crossings
 from weavecore.offsetting.field import DistanceField
+from weavecore.offsetting.opening import open_sheet
 from weavecore.offsetting.persistence import group_nodes
 from weavecore.offsetting.ridges import split_ridges
-from weavecore.offsetting.sheet import Sheet, open_sheet
+from weavecore.offsetting.sheet import Sheet
 
 MOST_POINTS = 30_000_000
 
@@ -42,8 +43,8 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
     regions = group_nodes(sheet, spacing=spacing)
     if not regions.band.any():
         raise _too_large(spacing, float(field.distance.max()))
-    refuse_too_many_points(count_crossings(sheet.faces, regions.band), spacing)
-    crossings = find_crossings(sheet.faces, sheet.twins, regions.band)
+    refuse_too_many_points(count_crossings(sheet, regions.band), spacing)
+    crossings = find_crossings(sheet, regions.band)
     part = place_crossings(sheet, regions, crossings, spacing=spacing)
     loops = chain_loops(crossings)
     bands = find_bands(sheet, regions, crossings, loops, spacing=spacing)
