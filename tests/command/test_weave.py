@@ -99,8 +99,7 @@ def test_outputs_that_exist_are_refused_before_the_work_and_kept(
     ended = run("weave", "tube.3dm", "-o", "w.3dm", "--json", "w.json")
     assert ended.status == 1
     assert ended.err.startswith("weavecore: EXISTS: w.json exists already. ")
-    assert ended.err.count("
-") == 1
+    assert ended.err.count("\n") == 1
     assert Path("w.json").read_text() == "old"
     assert not Path("w.3dm").exists()
 
