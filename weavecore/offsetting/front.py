@@ -21,6 +21,7 @@ WIDE_GAP = 1.5  # ray spacings from which on a gap is filled
 LOST_GAP = 8.0  # ray spacings from which on two rays are not of one front
 LOOK_BACK = 1.5  # mean edge lengths behind a new ray at which its distance is checked
 MOST_GAIN = 0.1  # mean edge lengths that a new ray may be ahead of what lies behind it
+ROUND_GAIN = 0.25  # the same for each unit of curvature times mean edge length: round fronts interpolate too high
 STEEPEST = 0.95  # cosine to the edge of the flattest direction in which a lagging front goes on
 _ROUNDS = 4
 
@@ -106,22 +107,30 @@ def _rays_beside(
     distance = rays.distance[index] + bend * offset / (1 + stretch) - back
     curvature = bend / (offset * stretch)
     curvature = curvature / np.maximum(1 - curvature * back, 1e-3)
-    distance, sound = _check_behind(frames, records, entry, along, vx, vy, distance)
+    distance, sound = _check_behind(frames, records, entry, along, vx, vy, distance, curvature)
     started = arrived & sound & (vy > 1e-6)
     new = Rays.starting(entry, along, vx, vy, distance, curvature, offset / 2).take(np.flatnonzero(started))
     return new, started
 
 
 def _check_behind(
-    frames: Unfolding, records: Records, halfedge: Ints, along: Floats, ux: Floats, uy: Floats, distance: Floats
+    frames: Unfolding,
+    records: Records,
+    halfedge: Ints,
+    along: Floats,
+    ux: Floats,
+    uy: Floats,
+    distance: Floats,
+    curvature: Floats,
 ) -> tuple[Floats, Bools]:
     """Raise distances that are less than what lies behind and the way from there allow."""
-    far = LOOK_BACK * frames.mean_length[frames.tail[halfedge]]
+    nearby = frames.mean_length[frames.tail[halfedge]]
+    far = LOOK_BACK * nearby
     at, x, y, _, _, arrived = walk_straight(frames, halfedge, along, -ux, -uy, far)
     behind = records.along(at, barycentric_at(frames, at, x, y))
     sound = arrived & np.isfinite(behind)
     least = np.where(sound, behind, 0.0) + far
-    too_low = sound & (least - distance > MOST_GAIN * frames.mean_length[frames.tail[halfedge]])
+    too_low = sound & (least - distance > nearby * (MOST_GAIN + ROUND_GAIN * curvature * nearby))
     return np.where(too_low, least, distance), sound
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.unfolding import Unfolding
 
-LATERAL_PENALTY = 0.2  # per mean edge length, of the squared lateral offset
+LATERAL_PENALTY = 0.4  # per mean edge length, of the squared lateral offset
 
 NO_HALFEDGE = -1
 

@@ -16,7 +16,7 @@ from weavecore.offsetting.rays import Rays
 
 RAY_SPACING = 0.35  # of the mean edge length nearby
 LEAST_WEDGE = 0.02  # radians; a smaller one is left to the strips beside it
-FAN_ANGLE = 0.25  # radians between the rays of a fan
+FAN_ANGLE = 0.1  # radians between the rays of a fan
 _OFF_THE_CORNER = 1e-9  # of the edge: rays from a vertex start this far along an edge
 
 
