@@ -34,6 +34,7 @@ def least_angle(surface: SurfaceMesh):
 def hold(surface: SurfaceMesh, vertices, faces):
     """The cut is made of edges, its loops share no vertex, and the shape is as it was."""
     assert surface.is_closed
+    assert surface.edge_lengths.min() > 0
     loops = np.concatenate(surface.cuts)
     assert len(np.unique(loops)) == len(loops)
     assert surface.is_cut.sum() == 2 * len(loops)
@@ -94,6 +95,21 @@ class TestByAPlane:
     def test_a_plane_that_is_none_or_misses_is_refused(self, plane):
         with pytest.raises(Degenerate):
             surface_from_arrays(*ball(2), cut_plane=plane)
+
+    def test_a_plane_through_a_saddle_leaves_loops_that_do_not_touch(self):
+        vertices, quads = torus(24, 12)
+        surface = surface_from_arrays(vertices, quads, cut_plane=([2, 0, 0], [1, 0, 0]))
+        hold(surface, vertices, triangles(quads))
+        assert np.abs(vertices - [2, 0, 0]).max(1).min() < 1e-12
+
+    def test_a_plane_in_which_a_terrace_lies_goes_along_one_side_of_it(self):
+        vertices, faces = ball(4)
+        terrace = (vertices[:, 2] > 0.2) & (vertices[:, 2] < 0.5)
+        vertices[terrace, 2] = 0.3
+        surface = surface_from_arrays(vertices, faces, cut_plane=([0, 0, 0.3], [0, 0, 1]))
+        hold(surface, vertices, faces)
+        assert len(sides(surface)) == 2
+        assert terrace[faces].all(1).sum() > 100
 
     @given(st.integers(0, 2**32 - 1))
     def test_any_plane_cuts_a_rough_body_cleanly(self, seed):

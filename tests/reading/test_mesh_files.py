@@ -116,6 +116,15 @@ class TestObj:
         assert area(surface.vertices, surface.faces) == pytest.approx(10 * np.sin(np.pi / 5))
         assert "Split 1 face with more than four corners into triangles." in surface.mendings
 
+    def test_no_ear_covers_what_lies_outside(self, put):
+        bracket = [(0, 0), (6, 0), (6, 6), (0, 6), (0, 5), (5, 5), (5, 1), (0, 1)]
+        for turn in range(8):
+            corners = " ".join(str(1 + (k + turn) % 8) for k in range(8))
+            path = put("a.obj", "".join(f"v {x} {y} 0\n" for x, y in bracket) + f"f {corners}\n")
+            surface = read_surface(path)
+            assert area(surface.vertices, surface.faces) == pytest.approx(16)
+            assert (surface.face_normals[:, 2] > 0).all()
+
     def test_lines_that_go_on_below(self, put):
         assert read_surface(put("a.obj", obj().replace("f 1 2", "f 1 \\\n 2"))).n_faces == 12
 
@@ -188,7 +197,8 @@ class TestPly:
     def test_triangles_and_quads_mixed_in_a_binary_file(self, put):
         faces = [*QUADS[:3].tolist(), *triangles(QUADS[3:]).tolist()]
         for order in "<>":
-            assert read_surface(put("a.ply", ply_binary(order, faces))).n_faces == 12
+            for after in (b"", bytes(200)):
+                assert read_surface(put("a.ply", ply_binary(order, faces) + after)).n_faces == 12
 
     def test_other_properties_and_elements_are_passed_over(self, put):
         header = (
@@ -263,6 +273,13 @@ class TestStl:
         for content in (stl_binary(), stl_text().encode()):
             with pytest.raises(Unreadable):
                 read_surface(put("a.stl", content[:-cut]))
+
+    def test_a_triangle_without_a_corner_is_refused(self, put):
+        lines = stl_text().splitlines()
+        with pytest.raises(Unreadable):
+            read_surface(put("a.stl", "\n".join(lines[:3] + lines[4:])))
+        with pytest.raises(Unreadable):
+            read_surface(put("a.stl", "\n".join(lines[:3] + lines[6:])))
 
     def test_single_precision_far_from_the_origin_is_refused(self, put):
         with pytest.raises(WeaveError) as refused:

@@ -82,22 +82,23 @@ def _sides(faces: Ints, twins: Ints, level: Floats, part: Floats) -> Ints:
     near[head[crossed & (part > 1 - CUT_FROM_VERTEX)]] = True
     while True:
         side = np.where(near, 0, sign)
-        wrong = near & _branches(faces, twins, side, level)
+        wrong = near & _branches(faces, twins, side)
         if not wrong.any():
             return side
         near &= ~wrong
 
 
-def _branches(faces: Ints, twins: Ints, side: Ints, level: Floats) -> Bools:
-    """Vertices (V,) on the line where other than no or two pieces of it meet, or that make a face lie in it."""
+def _branches(faces: Ints, twins: Ints, side: Ints) -> Bools:
+    """Vertices (V,) on the line where other than no or two pieces of it meet.
+
+    A face that lies in the line with all its corners counts as below.
+    """
     tail, head = halfedge_ends(faces)
     opposite = faces[:, [2, 0, 1]].ravel()
     into_face = side[head] * side[opposite] < 0
-    along_edge = (side[head] == 0) & (side[opposite] * side[opposite[twins]] < 0)
+    along_edge = (side[head] == 0) & ((side[opposite] > 0) != (side[opposite[twins]] > 0))
     pieces = np.bincount(tail[(side[tail] == 0) & (into_face | along_edge)], minlength=len(side))
     wrong: Bools = (pieces != 0) & (pieces != 2)
-    flat = faces[(side[faces] == 0).all(1)]
-    wrong[flat[np.arange(len(flat)), np.abs(level[flat]).argmax(1)]] = True
     return wrong
 
 
