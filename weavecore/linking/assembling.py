@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of
-from weavecore.linking.cells import NO_CORNER, edges_of
+from weavecore.linking.cells import NO_CORNER, BandFaces
 from weavecore.linking.patterns import Pattern
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -20,20 +20,21 @@ def assemble(
     pattern: Pattern,
     edge_length: float,
 ) -> Lattice:
-    """The lattice of the given faces (k, 4); nodes beyond those that have a latitude are hubs.
+    """The lattice of the given faces; nodes beyond those that have a latitude are hubs, kept where a face has them.
 
     An edge along a polyline is latitudinal; one that binds a child to its parent is longitudinal,
     also where several meet in one band; all others are of the second step.
     """
+    corners, nodes = _without_idle_hubs(faces.corners, nodes, len(latitude))
+    corners = corners[np.lexsort(np.sort(corners, axis=1).T)]
     n_hubs = len(nodes) - len(latitude)
-    faces = faces[np.lexsort(np.sort(faces, axis=1).T)]
     node_latitude = np.concatenate([latitude, np.full(n_hubs, -1, np.int64)])
-    edges = edges_of(faces)
+    edges = BandFaces(corners, faces.band).edges()
     return Lattice(
         latitudes=latitudes,
         nodes=nodes,
-        face_offsets=offsets_of((faces != NO_CORNER).sum(1)),
-        face_nodes=faces[faces != NO_CORNER],
+        face_offsets=offsets_of((corners != NO_CORNER).sum(1)),
+        face_nodes=corners[corners != NO_CORNER],
         edges=edges,
         edge_family=edge_families(latitudes, edges, node_latitude),
         node_latitude=node_latitude,
@@ -41,6 +42,15 @@ def assemble(
         pattern=pattern.name,
         edge_length=edge_length,
     )
+
+
+def _without_idle_hubs(corners: Ints, nodes: Floats, n_ring_nodes: int) -> tuple[Ints, Floats]:
+    used = np.zeros(len(nodes) + 1, bool)
+    used[:n_ring_nodes] = True
+    used[corners] = True
+    used[-1] = False  # where the missing corner of a triangle points
+    number = np.where(used, np.cumsum(used) - 1, NO_CORNER)
+    return number[corners], nodes[used[:-1]]
 
 
 def edge_families(latitudes: Latitudes, edges: Ints, node_latitude: Ints) -> Ints:

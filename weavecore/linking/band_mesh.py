@@ -31,14 +31,15 @@ class BandMesh:
         The band of each point.
     seat : (n,) int64
         The seat that a point on a polyline belongs to, -1 of a point inside.
-    seat_polyline, seat_index : (s,) int64
-        Which node of which polyline each seat is.
+    seat_band, seat_polyline, seat_index : (s,) int64
+        Which node of which polyline each seat is, and in which band.
     """
 
     points: Floats
     triangles: Ints
     band: Ints
     seat: Ints
+    seat_band: Ints
     seat_polyline: Ints
     seat_index: Ints
 
@@ -78,7 +79,8 @@ def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_len
     seat_rank = rows_of(seat_offsets)
     seat_index = np.arange(len(seat_rank)) - seat_offsets[seat_rank]
     seat_polyline = bands.polyline[sides][seat_rank]
-    whole = BandMesh(points[key % n], local.reshape(-1, 3), key // n, seat, seat_polyline, seat_index)
+    seat_band = rows_of(bands.offsets)[sides][seat_rank]
+    whole = BandMesh(points[key % n], local.reshape(-1, 3), key // n, seat, seat_band, seat_polyline, seat_index)
     return _refined(whole, *bisect_long_edges(whole.points, whole.triangles, _LONGEST * edge_length))
 
 
@@ -90,7 +92,7 @@ def refine_edges(mesh: BandMesh, chosen: Bools) -> BandMesh:
 def _refined(mesh: BandMesh, points: Floats, triangles: Ints, origin: Ints) -> BandMesh:
     inside = np.full(len(points) - len(mesh.points), NONE, np.int64)
     seat = np.concatenate([mesh.seat, inside])
-    return BandMesh(points, triangles, mesh.band[origin], seat, mesh.seat_polyline, mesh.seat_index)
+    return BandMesh(points, triangles, mesh.band[origin], seat, mesh.seat_band, mesh.seat_polyline, mesh.seat_index)
 
 
 def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: Ints) -> tuple[Ints, Ints]:

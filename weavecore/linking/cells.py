@@ -2,12 +2,53 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from weavecore.geometry.arrays import Ints
+from weavecore.geometry.arrays import Bools, Ints
 from weavecore.linking.rings import Zip
 
 NO_CORNER = -1
+
+
+@dataclass(frozen=True, eq=False)
+class BandFaces:
+    """Faces, counter-clockwise seen from outside, and the band that each lies in.
+
+    Parameters
+    ----------
+    corners : (k, 4) int64
+        Nodes; the fourth corner of a triangle is -1.
+    band : (k,) int64
+    """
+
+    corners: Ints
+    band: Ints
+
+    @staticmethod
+    def of(parts: list[BandFaces]) -> BandFaces:
+        """The faces of all parts, one after the other."""
+        corners = np.concatenate([np.zeros((0, 4), np.int64), *(part.corners for part in parts)])
+        return BandFaces(corners, np.concatenate([np.zeros(0, np.int64), *(part.band for part in parts)]))
+
+    def where(self, flag: Bools) -> BandFaces:
+        """Some of the faces."""
+        return BandFaces(self.corners[flag], self.band[flag])
+
+    def sides(self) -> tuple[Ints, Ints, Ints]:
+        """Tail and head node of every side of every face, and its face."""
+        after = np.roll(self.corners, -1, axis=1)
+        is_triangle = self.corners[:, 3] == NO_CORNER
+        after[is_triangle, 2] = self.corners[is_triangle, 0]
+        face, corner = np.nonzero(self.corners != NO_CORNER)
+        return self.corners[face, corner], after[face, corner], face
+
+    def edges(self) -> Ints:
+        """(E, 2) the edges, each once, the lesser node first, sorted."""
+        tail, head, _ = self.sides()
+        edges: Ints = np.unique(np.sort(np.c_[tail, head], axis=1), axis=0)
+        return edges
 
 
 def faces_of_zip(zipped: Zip, parent_nodes: Ints, child_nodes: Ints, *, has_diagonals: bool) -> Ints:
@@ -58,13 +99,3 @@ def as_quads(triangles: Ints) -> Ints:
     """Triangles (k, 3) as faces (k, 4)."""
     faces: Ints = np.c_[triangles, np.full(len(triangles), NO_CORNER)]
     return faces
-
-
-def edges_of(faces: Ints) -> Ints:
-    """(E, 2) the edges of faces (k, 4), each once, the lesser node first, sorted."""
-    after = np.roll(faces, -1, axis=1)
-    is_triangle = faces[:, 3] == NO_CORNER
-    after[is_triangle, 2] = faces[is_triangle, 0]
-    sides = np.stack([faces, after], axis=2)[faces != NO_CORNER]
-    edges: Ints = np.unique(np.sort(sides, axis=1), axis=0)
-    return edges

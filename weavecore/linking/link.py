@@ -10,16 +10,17 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.delaunay import improve_triangles
 from weavecore.linking.assembling import assemble
-from weavecore.linking.cells import as_quads, edges_of, faces_of_zip
+from weavecore.linking.cells import BandFaces, as_quads, faces_of_zip
 from weavecore.linking.division import count_nodes, points_at
 from weavecore.linking.feet import find_feet
 from weavecore.linking.patterns import Pattern, pattern_named
-from weavecore.linking.pockets import Filling, fill_bands
+from weavecore.linking.pockets import fill_bands
 from weavecore.linking.rings import RingLinker
+from weavecore.linking.splicing import faces_with_long_links, splice
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 
-_BAD_ZIP = 0.6
+_STRETCH = 1.0
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -65,29 +66,34 @@ def link_latitudes(
     linker.run()
     latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)
     places = points_at(latitudes.polylines, latitude, station)
-    tell(0.5, "filling the pockets")
+    tell(0.4, "filling the pockets")
+    ring_edges = _ring_edges(counts)
     zipped = _zip_faces(linker, counts, design)
-    rings = _ring_edges(counts)
-    filling = _fill(latitudes, linker, places, np.concatenate([rings, edges_of(zipped)]), length)
-    tell(0.8, "turning edges")
-    nodes = np.concatenate([places, filling.hubs])
-    faces = _turn_edges(nodes, zipped, filling.triangles, rings, design)
+    bad = faces_with_long_links(zipped, places, ring_edges, _longest_link(latitudes.spacing, length))
+    is_wanted = np.ones(len(latitudes.bands), bool)
+    is_wanted[np.setdiff1d(zipped.band, zipped.band[bad])] = False
+    taken = np.concatenate([ring_edges, zipped.where(~is_wanted[zipped.band]).edges()])
+    nodes, filled = _fill(latitudes, linker.nodes, places, np.flatnonzero(is_wanted), taken, length)
+    faces = splice(zipped, bad, filled, ring_edges)
+    tell(0.9, "putting the lattice together")
     return assemble(latitudes, nodes, latitude, station, faces, design, length)
 
 
-def _zip_faces(linker: RingLinker, counts: Ints, pattern: Pattern) -> Ints:
-    """Faces (k, 4) of all plain bands."""
+def _longest_link(spacing: float, edge_length: float) -> float:
+    """The longest link that a zip should make: that of a triangle whose tip lies well beyond its base."""
+    return _STRETCH * float(np.hypot(spacing, 1.25 * edge_length))
+
+
+def _zip_faces(linker: RingLinker, counts: Ints, pattern: Pattern) -> BandFaces:
+    """The faces of all plain bands."""
     first = offsets_of(counts)
-    faces = [
-        faces_of_zip(
-            zipped,
-            np.arange(first[zipped.parent], first[zipped.parent + 1]),
-            np.arange(first[zipped.child], first[zipped.child + 1]),
-            has_diagonals=pattern.has_diagonals,
-        )
-        for zipped in linker.zips.values()
-    ]
-    return np.concatenate([*faces, np.zeros((0, 4), np.int64)])
+    parts = []
+    for band, zipped in linker.zips.items():
+        parent = np.arange(first[zipped.parent], first[zipped.parent + 1])
+        child = np.arange(first[zipped.child], first[zipped.child + 1])
+        corners = faces_of_zip(zipped, parent, child, has_diagonals=pattern.has_diagonals)
+        parts.append(BandFaces(corners, np.full(len(corners), band)))
+    return BandFaces.of(parts)
 
 
 def _ring_edges(counts: Ints) -> Ints:
@@ -97,28 +103,13 @@ def _ring_edges(counts: Ints) -> Ints:
     return edges
 
 
-def _fill(latitudes: Latitudes, linker: RingLinker, places: Floats, taken: Ints, edge_length: float) -> Filling:
-    """Fill the bands that were not zipped."""
-    wanted = np.setdiff1d(np.arange(len(latitudes.bands)), np.array(list(linker.zips), np.int64))
-    if len(wanted) == 0:
-        return Filling(np.zeros((0, 3), np.int64), np.zeros((0, 3)))
-    return fill_bands(latitudes, linker.nodes, places, wanted, taken, edge_length)
-
-
-def _turn_edges(nodes: Floats, zipped: Ints, filled: Ints, rings: Ints, pattern: Pattern) -> Ints:
-    """All faces, after edges between the rings were turned where that makes better angles.
-
-    In a plain band that is only done where the zip made a bad one, as at a sharp corner, where
-    a ring had better be linked to itself (Yan et al. 2016, Fig. 10).
-    """
-    n = np.int64(len(nodes))
-
-    def keys(edges: Ints) -> Ints:
-        unique: Ints = np.unique(edges[:, 0] * n + edges[:, 1])
-        return unique
-
-    if pattern.has_diagonals:
-        fixed = keys(np.concatenate([rings, edges_of(as_quads(filled))]))
-        zipped = as_quads(improve_triangles(nodes, zipped[:, :3], fixed, least_gain=_BAD_ZIP))
-    fixed = keys(np.concatenate([rings, edges_of(zipped)]))
-    return np.concatenate([zipped, as_quads(improve_triangles(nodes, filled, fixed))])
+def _fill(
+    latitudes: Latitudes, stations: list[Floats], places: Floats, bands: Ints, taken: Ints, edge_length: float
+) -> tuple[Floats, BandFaces]:
+    """All nodes, hubs among them, and the faces that fill these bands."""
+    if len(bands) == 0:
+        return places, BandFaces.of([])
+    filling = fill_bands(latitudes, stations, places, bands, taken, edge_length)
+    nodes = np.concatenate([places, filling.hubs])
+    keys = np.unique(taken[:, 0] * np.int64(len(nodes)) + taken[:, 1])
+    return nodes, BandFaces(as_quads(improve_triangles(nodes, filling.triangles, keys)), filling.band)

@@ -32,11 +32,13 @@ class Filling:
     ----------
     triangles : (t, 3) int64
         Nodes, counter-clockwise seen from outside; hubs are numbered on from the nodes of the rings.
+    band : (t,) int64
     hubs : (k, 3) float64
         Where the hubs are.
     """
 
     triangles: Ints
+    band: Ints
     hubs: Floats
 
 
@@ -80,7 +82,9 @@ def fill_bands(
             ids=wanted.tolist(),
             kind="band",
         )
-    return Filling(owner_node[regions.dual.triangles], mesh.points[hubs])
+    owner_band = np.concatenate([mesh.seat_band, mesh.band[hubs]])
+    triangles = regions.dual.triangles
+    return Filling(owner_node[triangles], owner_band[triangles[:, 0]], mesh.points[hubs])
 
 
 def _wide_places(mesh: BandMesh, graph: EdgeGraph, edge_length: float) -> Ints:

@@ -16,9 +16,9 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
 
-_IRREGULAR_COST = 1.0
+_IRREGULAR_COST = 2.0
 _EVEN_SLANT = 0.55
-_SLANT_COST = 20.0
+_SLANT_COST = 30.0
 _REACH = 2
 
 
