@@ -4,6 +4,7 @@
 >>> surface = wc.read_surface("shell.3dm", layer="Shell")
 >>> latitudes = wc.offset(surface, spacing=120.0)
 >>> lattice = wc.link(latitudes)
+>>> weave = wc.weave(lattice, rod_diameter=5.0)
 >>> wc.export(lattice, "woven.3dm")
 
 Each verb takes the value of the one before and gives a new one that does not change.
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from weavecore.errors import UnitUnknown, WeaveError
-    from weavecore.model import Bands, Latitudes, Lattice, Polylines, Strands, SurfaceMesh
+    from weavecore.model import Bands, Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
     from weavecore.pipeline import (
         draw_picture,
         export,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
         suggest_spacing,
         surface_from,
         validate,
+        weave,
     )
 
     __version__: str
@@ -34,10 +36,12 @@ __all__ = [
     "Bands",
     "Latitudes",
     "Lattice",
+    "Material",
     "Polylines",
     "Strands",
     "SurfaceMesh",
     "UnitUnknown",
+    "Weave",
     "WeaveError",
     "__version__",
     "draw_picture",
@@ -49,11 +53,12 @@ __all__ = [
     "suggest_spacing",
     "surface_from",
     "validate",
+    "weave",
 ]
 
 _HOMES = {
     "weavecore.errors": ("UnitUnknown", "WeaveError"),
-    "weavecore.model": ("Bands", "Lattice", "Latitudes", "Polylines", "Strands", "SurfaceMesh"),
+    "weavecore.model": ("Bands", "Lattice", "Latitudes", "Material", "Polylines", "Strands", "SurfaceMesh", "Weave"),
 }
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Union
 
 from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
 from weavecore.files import PathLike, check_targets, write_together, write_whole
 from weavecore.linking.link import link_latitudes
-from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh
+from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
 from weavecore.reading import inspect_file, read_surface, surface_from
@@ -19,6 +19,7 @@ from weavecore.validating import validate
 from weavecore.viewing.picture import encode_picture
 from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface
 from weavecore.weaving.strands import find_strands
+from weavecore.weaving.weave import weave_lattice
 
 __all__ = [
     "draw_picture",
@@ -31,6 +32,7 @@ __all__ = [
     "suggest_spacing",
     "surface_from",
     "validate",
+    "weave",
 ]
 
 Progress = Callable[[float, str], None]
@@ -104,6 +106,42 @@ def link(
     TooMuchWork, Unsupported
     """
     return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+
+
+def weave(
+    lattice: Lattice,
+    *,
+    rod_diameter: float,
+    material: Union[str, Material] = "gfrp",
+    over_under: Optional[str] = None,
+    progress: Optional[Progress] = None,
+) -> Weave:
+    """Lay rods over and under each other along the edges of a lattice (Yan et al. 2016, §3 and §6).
+
+    Parameters
+    ----------
+    lattice : Lattice
+    rod_diameter : float
+        In the model's unit.
+    material : str or Material
+        A name in the table of materials, or one of your own.
+    over_under : str, optional
+        ``"stacked"``: in layers that rods do not leave; ``"plain"``: over, under, over…  By default
+        what the lattice's pattern is woven in.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Weave
+
+    Raises
+    ------
+    Unsupported
+    """
+    return weave_lattice(
+        lattice, rod_diameter=rod_diameter, material=material, over_under=over_under, progress=progress
+    )
 
 
 def export(

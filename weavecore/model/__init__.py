@@ -1,10 +1,15 @@
 """The nouns that travel between the stages: frozen values with read-only arrays."""
 
+from weavecore.model.bending import Bending
+from weavecore.model.joints import Joints
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
+from weavecore.model.material import Material
 from weavecore.model.polylines import Polylines
+from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
 from weavecore.model.surface import SurfaceMesh
+from weavecore.model.weave import Weave
 
 __all__ = [
     "FAMILIES",
@@ -12,9 +17,14 @@ __all__ = [
     "LONGITUDINAL",
     "POCKET",
     "Bands",
-    "Lattice",
+    "Bending",
+    "Joints",
     "Latitudes",
+    "Lattice",
+    "Material",
     "Polylines",
+    "RodAxes",
     "Strands",
     "SurfaceMesh",
+    "Weave",
 ]

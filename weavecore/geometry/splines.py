@@ -1,0 +1,143 @@
+"""Cubic splines through many rows of points at once, fitted by SciPy.
+
+A *row* is one curve: points ``offsets[r]:offsets[r + 1]``.  The parameter is the length of the chords.
+An open spline has no curvature at its ends, as a rod has that is held at its points and free
+at its ends; a closed one goes around smoothly.  Between two points the curve is one cubic, known
+from the points and derivatives at its ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+
+DEGREE = 3
+_GAUSS = np.polynomial.legendre.leggauss(4)
+
+
+@dataclass(frozen=True, eq=False)
+class SplineRows:
+    """Splines through rows of points; see `RodAxes` for the arrays."""
+
+    derivatives: Floats
+    parameters: Floats
+    ends: Floats
+    knot_offsets: Ints
+    knots: Floats
+    control_offsets: Ints
+    controls: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class CurveSamples:
+    """Points along curves, ends included; of a closed curve the first one comes again at the end.
+
+    Parameters
+    ----------
+    offsets : (R+1,) int64
+    points, tangents : (N, 3) float64
+        Tangents are of unit length.
+    stations : (N,) float64
+        Arc length from the start of the curve.
+    is_given : (N,) bool
+        Whether the sample is one of the points that the curve was fitted to, once each.
+    """
+
+    offsets: Ints
+    points: Floats
+    tangents: Floats
+    stations: Floats
+    is_given: Bools
+
+
+def fit_splines(points: Floats, offsets: Ints, closed: Bools) -> SplineRows:
+    """Interpolate each row of points (two at least, three of a closed row) by a cubic spline."""
+    derivatives = np.zeros_like(points)
+    parameters = np.zeros(len(points))
+    knots: list[Floats] = []
+    controls: list[Floats] = []
+    ends = np.zeros(len(closed))
+    for row, is_closed in enumerate(closed.tolist()):
+        part = slice(offsets[row], offsets[row + 1])
+        through = np.concatenate([points[part], points[part][:1]]) if is_closed else points[part]
+        chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
+        # Two visits at one place would make no spline at all.
+        chords = np.maximum(chords, 1e-9 * max(float(chords.sum()), np.finfo(float).tiny))
+        at = np.concatenate([[0.0], np.cumsum(chords)])
+        spline: Any = make_interp_spline(at, through, k=DEGREE, bc_type="periodic" if is_closed else "natural")
+        count = part.stop - part.start
+        parameters[part], ends[row] = at[:count], at[-1]
+        derivatives[part] = spline.derivative()(at[:count])
+        knots.append(spline.t)
+        controls.append(spline.c)
+    return SplineRows(
+        derivatives,
+        parameters,
+        ends,
+        offsets_of([len(k) for k in knots]),
+        np.concatenate([*knots, np.zeros(0)]),
+        offsets_of([len(c) for c in controls]),
+        np.concatenate([*controls, np.zeros((0, 3))]),
+    )
+
+
+def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) -> tuple[Ints, Ints, Floats]:
+    """First and last point of every cubic, and the length (n,) of its parameter; cubics in the order of the points."""
+    after = next_in_loop(offsets)
+    owner = rows_of(offsets)
+    start = np.flatnonzero(closed[owner] | (after > np.arange(len(owner))))
+    stop = after[start]
+    reach = np.where(stop > start, parameters[stop], ends[owner[start]]) - parameters[start]
+    return start, stop, reach
+
+
+def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t: Floats) -> tuple[Floats, Floats]:
+    """Points (n, 3) and derivatives by the parameter (n, 3) at ``t`` (n,) from 0 to 1 of cubics in Hermite form."""
+    t, width = t[:, None], width[:, None]
+    s = 1.0 - t
+    place = s * s * (1 + 2 * t) * p + t * t * (3 - 2 * t) * q + width * t * s * (s * dp - t * dq)
+    slope = 6 * t * s / width * (q - p) + s * (1 - 3 * t) * dp + t * (3 * t - 2) * dq
+    return place, slope
+
+
+def sample_curves(
+    points: Floats, derivatives: Floats, parameters: Floats, offsets: Ints, closed: Bools, ends: Floats, *, step: float
+) -> CurveSamples:
+    """Sample all rows so that no two samples are further than ``step`` apart; the rows' points are among them."""
+    start, stop, reach = span_ends(parameters, offsets, closed, ends)
+    # A cubic through smooth data is little longer than its chord; the rest is room.
+    pieces = np.maximum(np.ceil(1.2 * reach / step), 1).astype(np.int64)
+    span = np.repeat(np.arange(len(start)), pieces)
+    nth = np.arange(len(span)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    part = 1.0 / pieces[span]
+
+    def curve(span: Ints, t: Floats) -> tuple[Floats, Floats]:
+        a, b = start[span], stop[span]
+        return cubic_points(points[a], points[b], derivatives[a], derivatives[b], reach[span], t)
+
+    piece_length = np.zeros(len(span))
+    for x, weight in zip(*_GAUSS):
+        _, slope = curve(span, (nth + (1 + x) / 2) * part)
+        piece_length += weight / 2 * part * reach[span] * np.linalg.norm(slope, axis=1)
+    row = rows_of(offsets)[start][span]
+    n_pieces = np.bincount(row, minlength=len(closed))
+    sample_offsets = offsets_of(n_pieces + 1)
+    is_last = np.zeros(sample_offsets[-1], bool)
+    is_last[sample_offsets[1:] - 1] = True
+    final = np.cumsum(n_pieces) - 1
+    place, slope = (np.empty((len(is_last), 3)) for _ in "ab")
+    place[~is_last], slope[~is_last] = curve(span, nth * part)
+    place[is_last], slope[is_last] = curve(span[final], np.ones(len(final)))
+    total = np.concatenate([[0.0], np.cumsum(piece_length)])
+    upto = np.empty(len(is_last), np.int64)
+    upto[~is_last], upto[is_last] = np.arange(len(span)), final + 1
+    stations = total[upto] - np.repeat(total[upto[sample_offsets[:-1]]], n_pieces + 1)
+    size = np.linalg.norm(slope, axis=1, keepdims=True)
+    is_given = is_last & ~closed[rows_of(sample_offsets)]
+    is_given[~is_last] = nth == 0
+    return CurveSamples(sample_offsets, place, slope / np.maximum(size, np.finfo(float).tiny), stations, is_given)

@@ -1,0 +1,102 @@
+"""`Weave`: rods with names, an order at every joint, and a middle line that can be cut and bent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.model.bending import Bending
+from weavecore.model.joints import Joints
+from weavecore.model.lattice import Lattice
+from weavecore.model.material import Material
+from weavecore.model.rod_axes import RodAxes
+from weavecore.model.strands import Strands
+
+
+@dataclass(frozen=True, eq=False)
+class Weave:
+    """What is woven (Yan et al. 2016, §3 and §6): continuous rods, over and under one another.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        What it was made from.
+    strands : Strands
+        The rods as rows of nodes.
+    ids : tuple of str
+        What is written on the tape of each rod: a letter for its family and a number, ``L03`` a
+        latitude, ``A12`` and ``B12`` longitudes that lean forward and back, ``P05`` a pocket's.
+    joints : Joints
+        Which rods cross at which nodes, from the innermost to the outermost.
+    axes : RodAxes
+        The middle lines.
+    normals : (N, 3) float64
+        The direction out of the surface in which the rods at each node are stacked: the axis of a
+        rod is at ``nodes + layer_offset * normals``.
+    bending : Bending
+    rod_diameter : float
+        In the model's unit.
+    material : Material
+    over_under : str
+        ``"stacked"``, ``"plain"`` or a twill such as ``"twill 2/2"``.
+    conflicts : (C, 3) int64
+        What could not be helped: a strand, a node, and the node before it along the strand
+        from which the order does not go on as it should.
+    """
+
+    lattice: Lattice
+    strands: Strands
+    ids: tuple[str, ...]
+    joints: Joints
+    axes: RodAxes
+    normals: Floats
+    bending: Bending
+    rod_diameter: float
+    material: Material
+    over_under: str
+    conflicts: Ints
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ids", tuple(self.ids))
+        object.__setattr__(self, "normals", frozen(self.normals, np.float64, (self.lattice.n_nodes, 3)))
+        object.__setattr__(self, "conflicts", frozen(self.conflicts, np.int64, (-1, 3)))
+        if len(self.ids) != len(self.strands) or len(set(self.ids)) != len(self.ids):
+            raise ValueError("each strand needs an id of its own")
+
+    def __len__(self) -> int:
+        return len(self.strands)
+
+    @cached_property
+    def crossings(self) -> Ints:
+        """(C, 3) node, strand over, strand under, for every pair of rods at a joint."""
+        return self.joints.crossings
+
+    @cached_property
+    def is_border_node(self) -> Bools:
+        """(N,) whether a node lies on a border of the surface."""
+        latitudes = self.lattice.latitudes
+        on_border = np.zeros(len(latitudes) + 1, bool)
+        on_border[: len(latitudes.surface.borders)] = True
+        flags: Bools = on_border[self.lattice.node_latitude]
+        return flags
+
+    @cached_property
+    def end_nodes(self) -> Ints:
+        """(2 · open strands,) the first and the last node of every open strand."""
+        is_open = ~self.strands.closed
+        first, last = self.strands.offsets[:-1][is_open], self.strands.offsets[1:][is_open] - 1
+        ends: Ints = self.strands.nodes[np.stack([first, last], axis=1).ravel()]
+        return ends
+
+    @property
+    def n_ends_inside(self) -> int:
+        """How many ends of rods do not lie on a border of the surface."""
+        return int((~self.is_border_node[self.end_nodes]).sum())
+
+    @property
+    def median_length(self) -> float:
+        """Median arc length of the rods."""
+        return float(np.median(self.axes.lengths)) if len(self) else 0.0

@@ -1,0 +1,81 @@
+"""Names of the rods: what a person writes on tape."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
+from weavecore.model.strands import Strands
+from weavecore.weaving.joints import steps_along
+
+LETTERS = {(LATITUDINAL, 0): "L", (LONGITUDINAL, 1): "A", (LONGITUDINAL, -1): "B", (POCKET, 0): "P"}
+
+
+def name_strands(strands: Strands, lattice: Lattice, lean: Ints) -> tuple[str, ...]:
+    """A letter and a number for each strand.
+
+    The numbers follow the place of a rod: its least generation, then the border or latitude that it
+    starts at and how far along that, so that they stay when the spacing changes a little.
+    """
+    side = np.where(strands.family == LONGITUDINAL, np.where(lean < 0, -1, 1), 0)
+    order = np.lexsort([*_places(strands, lattice)[::-1], side, strands.family])
+    names = [""] * len(strands)
+    for (family, leaning), letter in LETTERS.items():
+        mine = order[(strands.family[order] == family) & (side[order] == leaning)]
+        digits = max(2, len(str(len(mine))))
+        for number, s in enumerate(mine.tolist(), start=1):
+            names[s] = f"{letter}{number:0{digits}d}"
+    return tuple(names)
+
+
+def _places(strands: Strands, lattice: Lattice) -> tuple[Floats, Floats, Floats]:
+    """Generation, latitude and part of its length (S,) at which each strand starts: the least that it visits."""
+    latitudes = lattice.latitudes
+    none = len(latitudes)
+    latitude = np.where(lattice.node_latitude < 0, none, lattice.node_latitude)[strands.nodes]
+    generation = np.append(latitudes.generation, latitudes.n_generations)[latitude]
+    length = np.append(latitudes.polylines.lengths, 1.0)[latitude]
+    part = lattice.node_station[strands.nodes] / length
+    owner = rows_of(strands.offsets)
+    order = np.lexsort([part, latitude, generation, owner])
+    first = order[strands.offsets[:-1]]
+    return generation[first].astype(float), latitude[first].astype(float), part[first]
+
+
+def find_lean(strands: Strands, lattice: Lattice) -> Ints:
+    """Whether each strand leans forward (1) or back (-1) as it leaves a latitude for the next, or neither (0).
+
+    Forward is the way in which the latitude runs, the unexplored side on its left.  Both
+    ways of going along a strand agree on that, and so do two fronts that meet.
+    """
+    before, after = steps_along(strands)
+    a, b = strands.nodes[before], strands.nodes[after]
+    ahead = _latitude_tangents(lattice)
+    step = lattice.nodes[b] - lattice.nodes[a]
+    generation = np.append(lattice.latitudes.generation, -1)[lattice.node_latitude]
+    rises = np.sign(generation[b] - generation[a])
+    rises[(generation[a] < 0) | (generation[b] < 0)] = 0
+    mean = ahead[a] + ahead[b]
+    size = np.linalg.norm(step, axis=1) * np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)
+    slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
+    total = np.bincount(rows_of(strands.offsets)[before], slant, minlength=len(strands))
+    lean: Ints = np.sign(np.where(np.abs(total) > 1e-9, total, 0.0)).astype(np.int64)
+    return lean
+
+
+def _latitude_tangents(lattice: Lattice) -> Floats:
+    """(N, 3) direction of the latitude at each node that lies on one, else 0."""
+    on = np.flatnonzero(lattice.node_latitude >= 0)
+    order = on[np.lexsort([lattice.node_station[on], lattice.node_latitude[on]])]
+    latitude = lattice.node_latitude[order]
+    first = np.searchsorted(latitude, latitude, side="left")
+    count = np.searchsorted(latitude, latitude, side="right") - first
+    rank = np.arange(len(order)) - first
+    tangents = np.zeros((lattice.n_nodes, 3))
+    tangents[order] = (
+        lattice.nodes[order[first + (rank + 1) % count]] - lattice.nodes[order[first + (rank - 1) % count]]
+    )
+    size = np.linalg.norm(tangents, axis=1, keepdims=True)
+    unit: Floats = np.divide(tangents, size, out=tangents, where=size > 0)
+    return unit
