@@ -36,6 +36,7 @@ class Unfolding:
     angle : angle of the face at the halfedge's tail
     total_angle : (V,) sum of the angles at each vertex
     on_wall : (V,) whether a vertex lies on a wall
+    excess : (V,) angle above a full turn at inner vertices, 0 on walls
     mean_length : (V,) mean length of the edges at each vertex
     """
 
@@ -54,6 +55,7 @@ class Unfolding:
         self.on_wall = np.zeros(n, bool)
         wall = twins == NO_TWIN
         self.on_wall[self.tail[wall]] = self.on_wall[self.head[wall]] = True
+        self.excess = np.where(self.on_wall, 0.0, self.total_angle - 2 * np.pi)
         total = np.bincount(self.tail, self.length, n) + np.bincount(self.head, self.length, n)
         count = np.bincount(self.tail, minlength=n) + np.bincount(self.head, minlength=n)
         self.mean_length = total / np.maximum(count, 1)
@@ -67,18 +69,23 @@ class Unfolding:
         self.apex_y = np.repeat(double_area, 3) / self.length
         self.next_x, self.next_y = (self.apex_x - self.length) / after, self.apex_y / after
         self.previous_x, self.previous_y = -self.apex_x / before, -self.apex_y / before
-        self.axis_x = edge / self.length[:, None]
-        normal = cross / np.maximum(double_area, np.finfo(float).tiny)[:, None]
-        self.axis_y = np.cross(np.repeat(normal, 3, axis=0), self.axis_x)
+        self._normal = cross / np.maximum(double_area, np.finfo(float).tiny)[:, None]
 
     def points(self, halfedge: Ints, along: Floats) -> Floats:
         """Points (n, 3) at a length along halfedges."""
-        points: Floats = self.vertices[self.tail[halfedge]] + along[:, None] * self.axis_x[halfedge]
+        tail = self.vertices[self.tail[halfedge]]
+        part = (along / self.length[halfedge])[:, None]
+        points: Floats = tail + part * (self.vertices[self.head[halfedge]] - tail)
         return points
 
     def directions(self, halfedge: Ints, x: Floats, y: Floats) -> Floats:
         """Vectors (n, 3) of frame directions."""
-        vectors: Floats = x[:, None] * self.axis_x[halfedge] + y[:, None] * self.axis_y[halfedge]
+        edge = self.vertices[self.head[halfedge]] - self.vertices[self.tail[halfedge]]
+        axis = edge / self.length[halfedge][:, None]
+        ax, ay, az = axis.T
+        nx, ny, nz = self._normal[halfedge // 3].T
+        up = np.stack([ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax], axis=1)
+        vectors: Floats = x[:, None] * axis + y[:, None] * up
         return vectors
 
     def across(self, halfedge: Ints, along: Floats, x: Floats, y: Floats) -> tuple[Ints, Floats, Floats, Floats]:

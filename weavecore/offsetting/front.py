@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, sorted_unique
 from weavecore.geometry.unfolding import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.offsetting.rays import Rays, advance, offer_start
 from weavecore.offsetting.records import Records
@@ -156,7 +156,7 @@ class Lag:
 
     def take_up(self, frames: Unfolding, records: Records, distance: float) -> Rays:
         """Rays that go on from the edges beyond which a corner should have been reached."""
-        seen = np.unique(np.concatenate([self._waiting, self._faces_at(records.newly_reached())]))
+        seen = sorted_unique(np.concatenate([self._waiting, self._faces_at(records.newly_reached())]))
         missing = np.isinf(records.distance[frames.faces[seen]])
         n_missing = missing.sum(1)
         self._waiting = seen[n_missing > 0]

@@ -164,6 +164,9 @@ def _around_blockers(
     less the excess angle, which lets paths pass on the blocker's other side (Mitchell, Mount and
     Papadimitriou 1987: a saddle is a source of its own for what lies in its shadow).
     """
+    blocked = np.isfinite(np.where(is_left, rays.left[SIDE], rays.right[SIDE]))
+    if not blocked.any():
+        return blocked
     k = np.where(np.isinf(rays.curvature), 0.0, rays.curvature)
     at, side = np.where(is_left, rays.left[:2], rays.right[:2])
     with np.errstate(invalid="ignore"):
@@ -191,8 +194,10 @@ def _around_blockers(
 
 def _block(frames: Unfolding, rays: Rays, is_left: Bools, apex: Ints, values: Floats, behind: Bools) -> None:
     """Saddles in view become the blockers of the rays that pass them."""
-    excess = frames.total_angle[apex] - 2 * np.pi
-    saddle = (excess > LEAST_SADDLE) & ~frames.on_wall[apex] & ~behind & np.isfinite(values[DISTANCE])
+    excess = frames.excess[apex]
+    saddle = (excess > LEAST_SADDLE) & ~behind & np.isfinite(values[DISTANCE])
+    if not saddle.any():
+        return
     for side, blockers in ((is_left, rays.left), (~is_left, rays.right)):
         m = np.flatnonzero(saddle & side)
         blockers[:3, m] = values[:, m]

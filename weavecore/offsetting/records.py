@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, sorted_unique
 from weavecore.geometry.unfolding import Unfolding
 
 LATERAL_PENALTY = 0.4  # per mean edge length, of the squared lateral offset
@@ -54,7 +54,7 @@ class Records:
 
     def newly_reached(self) -> Ints:
         """Vertices that got their first candidate since the last call."""
-        reached = np.unique(np.concatenate(self._reached)) if self._reached else np.zeros(0, np.int64)
+        reached = sorted_unique(np.concatenate(self._reached)) if self._reached else np.zeros(0, np.int64)
         self._reached = []
         return reached
 

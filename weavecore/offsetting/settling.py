@@ -17,7 +17,7 @@ from weavecore.geometry.unfolding import Unfolding
 from weavecore.offsetting.rays import front_distance
 from weavecore.offsetting.records import NO_HALFEDGE, Records
 
-STEEP = 1.02  # squared slope of a face from which on its corners are looked at again
+STEEP = 1.05  # squared slope of a face from which on its corners are looked at again
 LEAST_GAIN = 0.02  # mean edge lengths by which a neighbour must know better
 ROUNDEST = 0.2  # bound of the curvature of a front that closes, per mean edge length
 _MOST_ROUNDS = 500
