@@ -96,7 +96,7 @@ class Unfolding:
 def _leave(
     frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Where a line from inside a face leaves it: halfedge of the face, length, place along it, direction in its frame."""
+    """Where a line from inside a face leaves it: halfedge of the face, length, place on it, direction in its frame."""
     length = frames.length[halfedge]
     nx, ny = frames.next_x[halfedge], frames.next_y[halfedge]
     qx, qy = frames.previous_x[halfedge], frames.previous_y[halfedge]
