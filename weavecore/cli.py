@@ -3,8 +3,7 @@
 Exit status: 0 done, 1 refused (one line on the error stream), 2 wrong usage, 130 stopped by the user.
 What is costly to import is imported where it is used: ``--help`` answers at once.
 """
-
-from __future__ import annotations
+# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
 
 import contextlib
 import io
@@ -12,19 +11,20 @@ import os
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Callable, NoReturn, Optional
+from typing import TYPE_CHECKING, Annotated, Callable, NoReturn, Optional
 
 import typer
 
 from weavecore.errors import UnitUnknown, WeaveError
 from weavecore.units import NO_UNIT, Length, parse_length, with_unit
+from weavecore.viewing.terminal import part_of, progress_bar, show_lines, show_table
 
 if TYPE_CHECKING:
     from weavecore.model import SurfaceMesh
     from weavecore.reading import ObjectReport
 
-Progress = Callable[[float, str], None]
 Lines = list[tuple[str, str]]
 
 app = typer.Typer(
@@ -66,14 +66,26 @@ def _length(text: str) -> Length:
         raise typer.BadParameter(str(error)) from error
 
 
-def _plane(text: str) -> tuple[float, ...]:
+@dataclass(frozen=True)
+class Plane:
+    """A plane as it is typed: a point and a normal."""
+
+    numbers: tuple[float, ...]
+
+    @property
+    def point_and_normal(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Three coordinates each."""
+        return self.numbers[:3], self.numbers[3:]
+
+
+def _plane(text: str) -> Plane:
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) != 6 or not all(abs(x) < float("inf") for x in numbers) or not any(numbers[3:]):
         raise typer.BadParameter(f"{text!r} is no plane; give x,y,z,nx,ny,nz: a point and a normal that is not 0")
-    return numbers
+    return Plane(numbers)
 
 
 def _ends_with(ending: str) -> Callable[[Optional[Path]], Optional[Path]]:
@@ -105,7 +117,7 @@ Input = Annotated[Path, typer.Argument(metavar="INPUT", help="A .3dm, .obj, .ply
 LayerName = Annotated[Optional[str], typer.Option("--layer", metavar="NAME", help="Layer of the surface.")]
 ObjectName = Annotated[Optional[str], typer.Option("--object", metavar="NAME", help="Name or id of the surface.")]
 CutPlane = Annotated[
-    Optional[Any],
+    Optional[Plane],
     typer.Option(
         parser=_plane, metavar="X,Y,Z,NX,NY,NZ", help="Plane that cuts a closed surface in two: a point and a normal."
     ),
@@ -144,13 +156,13 @@ def weave(
         Optional[Path], typer.Option(metavar="OUT.png", callback=_ends_with(".png"), help="A picture of it.")
     ] = None,
     spacing: Annotated[
-        Optional[Any],
+        Optional[Length],
         typer.Option(
             parser=_length, metavar="LENGTH", help="Distance between rings: 120, 120mm, 4.7in…; chosen if not given."
         ),
     ] = None,
     edge: Annotated[
-        Optional[Any],
+        Optional[Length],
         typer.Option(parser=_length, metavar="LENGTH", help="Length of an edge; by default 2/√3 of the spacing."),
     ] = None,
     pattern: Annotated[
@@ -168,26 +180,26 @@ def weave(
     Lengths are in the file's own unit, or in the one that is written after them.
     """
     targets = [path for path in (out, json, picture) if path is not None]
-    with _progress(quiet=quiet) as tell:
+    with progress_bar(quiet=quiet) as tell:
         from weavecore import pipeline
 
         pipeline.check_outputs(targets, overwrite=overwrite)
         tell(0.0, "reading")
         surface = _read(input_file, layer, object_name, cut_plane)
         chosen, distance = _spacing(surface, spacing, edge)
-        latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=_part(tell, 0.1, 0.5))
+        latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=part_of(tell, 0.1, 0.5))
         edge_length = edge.in_unit(surface.unit) if edge else None
-        lattice = pipeline.link(latitudes, edge_length=edge_length, pattern=pattern, progress=_part(tell, 0.5, 0.85))
+        lattice = pipeline.link(latitudes, edge_length=edge_length, pattern=pattern, progress=part_of(tell, 0.5, 0.85))
         options = {"input": input_file.name, "layer": layer, "object": object_name, "method": method}
-        options["cut_plane"] = cut_plane
-        parameters = {key: option for key, option in options.items() if option is not None}
+        plane = {"cut_plane": cut_plane.numbers} if cut_plane else {}
+        parameters = {**{key: option for key, option in options.items() if option is not None}, **plane}
         pipeline.export_together(
-            lattice, targets, overwrite=overwrite, parameters=parameters, progress=_part(tell, 0.85, 1.0)
+            lattice, targets, overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.85, 1.0)
         )
         lines = pipeline.describe(lattice)
     if not quiet:
         notes = {"spacing": " (chosen; set it with --spacing)"} if chosen else {}
-        _print_lines([(label, text + notes.get(label, "")) for label, text in lines] + _written(targets))
+        show_lines([(label, text + notes.get(label, "")) for label, text in lines] + _written(targets))
 
 
 @app.command()
@@ -202,7 +214,8 @@ def info(input_file: Input) -> None:
     if report.layers:
         typer.echo(f"layers: {', '.join(report.layers)}")
     if report.objects:
-        _print_objects(report.objects, report.unit)
+        headings = ("object", "kind", "layer", "faces", "borders", "χ", "verdict")
+        show_table(headings, [_row_of(one, report.unit) for one in report.objects], numbers=("faces", "χ"))
     if report.others:
         typer.echo("no surfaces: " + ", ".join(f"{count} {kind}" for kind, count in report.others))
 
@@ -217,28 +230,28 @@ def mesh(
     quiet: Quiet = False,
 ) -> None:
     """Write the triangle mesh that weave would use."""
-    with _progress(quiet=quiet) as tell:
+    with progress_bar(quiet=quiet) as tell:
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)
         tell(0.0, "reading")
         surface = _read(input_file, layer, object_name, None)
         pipeline.export_together(
-            surface, [out], overwrite=overwrite, parameters={"input": input_file.name}, progress=_part(tell, 0.5, 1.0)
+            surface, [out], overwrite=overwrite, parameters={"input": input_file.name}, progress=part_of(tell, 0.5, 1.0)
         )
         lines = pipeline.describe(surface)
     if not quiet:
-        _print_lines(lines + _written([out]))
+        show_lines(lines + _written([out]))
 
 
 # ------------------------------------------------------------------------------------- how it is done
 
 
-def _read(path: Path, layer: Optional[str], name: Optional[str], plane: Optional[tuple[float, ...]]) -> SurfaceMesh:
+def _read(path: Path, layer: Optional[str], name: Optional[str], plane: Optional[Plane]) -> "SurfaceMesh":
     """Read the surface, and tell its warnings in one line each."""
     from weavecore import pipeline
 
-    cut_plane = (plane[:3], plane[3:]) if plane else None
+    cut_plane = plane.point_and_normal if plane else None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", UnitUnknown)
@@ -248,7 +261,7 @@ def _read(path: Path, layer: Optional[str], name: Optional[str], plane: Optional
     return surface
 
 
-def _spacing(surface: SurfaceMesh, spacing: Optional[Length], edge: Optional[Length]) -> tuple[bool, float]:
+def _spacing(surface: "SurfaceMesh", spacing: Optional[Length], edge: Optional[Length]) -> tuple[bool, float]:
     """Whether the spacing was left to the program, and the spacing in the file's unit."""
     from weavecore import pipeline
 
@@ -280,59 +293,21 @@ def _end(message: str, status: int) -> NoReturn:
     sys.exit(status)
 
 
-@contextlib.contextmanager
-def _progress(*, quiet: bool) -> Iterator[Progress]:
-    """A bar on the error stream where that is a terminal; elsewhere nothing."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda _fraction, _label: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
-
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda fraction, label: bar.update(task, completed=fraction, description=label)
-
-
-def _part(tell: Progress, start: float, end: float) -> Progress:
-    """A progress whose 0 to 1 is a part of the whole."""
-    return lambda fraction, label: tell(start + (end - start) * min(max(fraction, 0.0), 1.0), label)
-
-
 def _written(targets: list[Path]) -> Lines:
     if not targets:
         return [("written", "nothing; ask for files with -o, --json or --picture")]
     return [("written", ", ".join(str(path) for path in targets))]
 
 
-def _print_lines(lines: Lines) -> None:
-    width = max(len(label) for label, _ in lines)
-    for label, text in lines:
-        typer.echo(f"{label:{width}}  {text}")
-
-
-def _print_objects(objects: tuple[ObjectReport, ...], unit: str) -> None:
-    """A table that fits a terminal; elsewhere one line an object, however long."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    is_terminal = sys.stdout.isatty()
-    console = Console(markup=False, highlight=False, emoji=False, width=None if is_terminal else 10_000)
-    table = Table(box=box.SIMPLE if is_terminal else None, pad_edge=False)
-    for heading in ("object", "kind", "layer", "faces", "borders", "χ", "verdict"):
-        table.add_column(heading, justify="right" if heading in ("faces", "χ") else "left")
-    for one in objects:
-        lengths = ", ".join(with_unit(length, unit) for length in one.border_lengths)
-        aside = f"{one.aside}; " if one.aside else ""
-        table.add_row(
-            one.name or one.id or "-",
-            one.kind,
-            one.layer or "-",
-            str(one.n_faces),
-            f"{one.n_borders}: {lengths}" if lengths else str(one.n_borders),
-            "-" if one.euler_characteristic is None else str(one.euler_characteristic),
-            f"{aside}{one.message or 'can be woven'}",
-        )
-    console.print(table)
+def _row_of(one: "ObjectReport", unit: str) -> list[str]:
+    lengths = ", ".join(with_unit(length, unit) for length in one.border_lengths)
+    aside = f"{one.aside}; " if one.aside else ""
+    return [
+        one.name or one.id or "-",
+        one.kind,
+        one.layer or "-",
+        str(one.n_faces),
+        f"{one.n_borders}: {lengths}" if lengths else str(one.n_borders),
+        "-" if one.euler_characteristic is None else str(one.euler_characteristic),
+        f"{aside}{one.message or 'can be woven'}",
+    ]

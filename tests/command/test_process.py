@@ -77,3 +77,17 @@ def test_a_terminal_without_greek_letters_gets_the_table_all_the_same(folder: Pa
     done = ended([*COMMAND, "info", "tube.3dm"], PYTHONIOENCODING="ascii")
     assert (done.returncode, done.stderr) == (0, "")
     assert "can be woven" in done.stdout
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a pseudo-terminal")
+def test_a_bar_is_drawn_on_a_terminal(folder: Path) -> None:
+    import pty
+
+    screen, terminal = pty.openpty()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm"}
+    command = [*COMMAND, "mesh", "tube.3dm", "-o", "m.off"]
+    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=terminal, text=True, check=True)
+    os.close(terminal)
+    assert "\x1b[" not in done.stdout
+    assert b"\x1b[" in os.read(screen, 4096)
+    os.close(screen)

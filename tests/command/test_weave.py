@@ -185,7 +185,7 @@ def test_the_parts_of_the_work_make_one_progress(folder: Path, monkeypatch: pyte
     def listening(*, quiet: bool) -> Any:
         yield lambda fraction, label: told.append((fraction, label))
 
-    monkeypatch.setattr(cli, "_progress", listening)
+    monkeypatch.setattr(cli, "progress_bar", listening)
     assert CliRunner().invoke(app, ["weave", "tube.3dm", "--json", "w.json", "--spacing", "1"]).exit_code == 0
     fractions = [fraction for fraction, _ in told]
     assert fractions == sorted(fractions)
