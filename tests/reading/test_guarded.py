@@ -1,0 +1,95 @@
+"""A reader in a child process: its result, its errors, and its crashes, hangs and gluttony."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import misbehaving
+from weavecore.errors import NonManifold, TooMuchWork, Unreadable
+from weavecore.reading.guarded import Limits, call_guarded, limits_for
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="the platform sets no limits on memory and processor time")
+
+
+@pytest.fixture(autouse=True)
+def _findable(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(Path(misbehaving.__file__).parent))
+
+
+def test_the_result_and_the_progress_are_handed_over():
+    told: list[tuple[float, str]] = []
+    result = call_guarded(misbehaving.well, 5, progress=lambda *what: told.append(what))
+    assert np.array_equal(result, np.arange(5))
+    assert told == [(0.5, "half"), (1.0, "done")]
+
+
+def test_what_libraries_print_does_not_disturb():
+    assert call_guarded(misbehaving.noisily) == "heard"
+
+
+def test_a_refusal_keeps_its_kind_and_its_ids():
+    with pytest.raises(NonManifold, match="Two sheets touch") as caught:
+        call_guarded(misbehaving.refuse)
+    assert caught.value.ids == (3, 5)
+    assert caught.value.kind == "vertex"
+    assert caught.value.remedy == "Pull them apart."
+
+
+def test_any_other_error_makes_the_file_unreadable():
+    with pytest.raises(Unreadable, match="ZeroDivisionError"):
+        call_guarded(misbehaving.fail)
+
+
+def test_a_crash_of_the_child_leaves_the_parent_alive():
+    with pytest.raises(Unreadable, match="ended by itself"):
+        call_guarded(misbehaving.crash)
+
+
+@posix
+def test_a_child_that_spins_is_ended():
+    start = time.process_time()
+    with pytest.raises(Unreadable, match="within 1 seconds"):
+        call_guarded(misbehaving.spin, limits=Limits(reading_seconds=1.0))
+    assert time.process_time() - start < 1.0
+
+
+def test_a_child_that_waits_is_ended():
+    start = time.monotonic()
+    with pytest.raises(Unreadable, match="within"):
+        call_guarded(misbehaving.sleep, limits=Limits(reading_seconds=1.5))
+    assert time.monotonic() - start < 15
+
+
+@posix
+def test_work_that_follows_the_reading_has_a_limit_of_its_own():
+    with pytest.raises(TooMuchWork, match="longer than 2 seconds"):
+        call_guarded(misbehaving.spin_after_reading, limits=Limits(reading_seconds=1.0, seconds=2.0))
+
+
+@posix
+def test_a_child_that_eats_memory_is_stopped():
+    with pytest.raises(TooMuchWork, match="memory"):
+        call_guarded(misbehaving.eat, limits=Limits(memory=2 * 2**30))
+
+
+def test_raising_in_the_progress_ends_the_child():
+    def cancel(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        call_guarded(misbehaving.well, 5, progress=cancel)
+
+
+def test_a_larger_file_gets_more(tmp_path):
+    large = tmp_path / "large.3dm"
+    with large.open("wb") as stream:
+        stream.truncate(50 * 2**20)
+    small, more = limits_for(tmp_path / "missing.3dm"), limits_for(large)
+    assert small == Limits()
+    assert more.seconds > small.seconds
+    assert more.memory > small.memory
