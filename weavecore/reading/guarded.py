@@ -267,11 +267,12 @@ def _set_limits(limits: Limits) -> Callable[[], None]:
         return lambda: None
     used = resource.getrusage(resource.RUSAGE_SELF)
     started = used.ru_utime + used.ru_stime
-    hard = int(started + limits.seconds) + 1
+    soft = int(started + limits.seconds) + 1
+    hard = soft + 5  # At the hard limit the process is killed outright, and nothing tells why.
     _limit(resource.RLIMIT_CPU, int(started + limits.reading_seconds) + 1, hard)
     _limit(resource.RLIMIT_AS, limits.memory, limits.memory)
     _limit(resource.RLIMIT_CORE, 0, 0)
-    return lambda: _limit(resource.RLIMIT_CPU, hard, hard)
+    return lambda: _limit(resource.RLIMIT_CPU, soft, hard)
 
 
 def _limit(what: int, soft: int, hard: int) -> None:
