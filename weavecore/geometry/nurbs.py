@@ -13,6 +13,7 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints
 
 _MOST_AT_ONCE = 20_000
+_NOISE = 1e-16
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +92,9 @@ def basis_functions(
         for d in range(degree - order + 1, degree + 1):
             left, right = _knot_windows(knots, span, d)
             share = d * np.divide(derived, right - left, out=np.zeros_like(derived), where=right > left)
-            derived = np.pad(share, ((0, 0), (1, 0))) - np.pad(share, ((0, 0), (0, 1)))
+            derived = np.zeros((len(t), d + 1))
+            derived[:, 1:] = share
+            derived[:, :-1] -= share
         values[order] = derived
     return span - degree, values
 
@@ -159,7 +162,8 @@ def greatest_curvature(jet: SurfaceJet) -> Floats:
     normal = np.cross(jet.du, jet.dv)
     e, f, g = _dots(jet.du, jet.du), _dots(jet.du, jet.dv), _dots(jet.dv, jet.dv)
     det = e * g - f * f
-    regular = det > 1e-10 * np.maximum(e * g, 1e-300)
+    # At a pole one derivative vanishes and what is left of it is noise.
+    regular = (det > 1e-10 * e * g) & (e > _NOISE * e.max(initial=0.0)) & (g > _NOISE * g.max(initial=0.0))
     det = np.where(regular, det, 1.0)
     normal = normal / np.sqrt(det)[:, None]
     el, em, en = _dots(jet.duu, normal), _dots(jet.duv, normal), _dots(jet.dvv, normal)
