@@ -13,7 +13,7 @@ from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattic
 from weavecore.palette import LONGITUDES, POCKETS, latitude_colours
 
 _ROD_OF_SPACING = 0.075
-_BORDER_SWELL, _LONGITUDE_SWELL = 1.45, 0.8
+_BORDER_SWELL, _LONGITUDE_SWELL = 1.45, 0.7
 """How much thicker the border rods are than the others, and how much thinner the longitudes."""
 
 
