@@ -16,6 +16,7 @@ from weavecore.errors import (
     UnitUnknown,
     Unreadable,
     Unsupported,
+    WeaveError,
 )
 from weavecore.reading import inspect_file, read_surface, surface_from
 from weavecore.reading.read import read_raw
@@ -305,6 +306,21 @@ class TestGeometry:
             Faces = [Face(corners) for corners in grid(3, 2)[1].tolist()]
 
         assert surface_from(Mesh()).n_faces == 12
+
+    @pytest.mark.parametrize(
+        "given",
+        [
+            ([[0, 0, 0], [1, 0]], [[0, 1, 2]]),
+            ([["a", "b", "c"]], [[0, 0, 0]]),
+            (np.eye(3), [["a", "b", "c"]]),
+            (np.eye(3)[:, :2], [[0, 1, 2]]),
+            (np.eye(3), [[0, 1]]),
+            (np.eye(3), [[0, 1, 1.5]]),
+        ],
+    )
+    def test_arrays_that_are_no_mesh_are_refused(self, given):
+        with pytest.raises(WeaveError):
+            surface_from(given)
 
     @pytest.mark.parametrize("given", ["shell", 7, None, object(), rhino3dm.Point3d(0, 0, 0)])
     def test_what_is_no_surface_is_refused(self, given):

@@ -63,8 +63,11 @@ def checked_faces(raw: RawMesh) -> tuple[Ints, Ints]:
     faces = np.asarray(raw.faces)
     if faces.size == 0:
         raise Degenerate("The mesh has no faces", remedy="Give a surface that has an area.")
-    if faces.ndim != 2 or faces.shape[1] not in (3, 4):
-        raise BadIndex(f"Faces of shape {faces.shape} instead of (F, 3) or (F, 4)", remedy="Give triangles or quads.")
+    if faces.ndim != 2 or faces.shape[1] not in (3, 4) or faces.dtype.kind not in "iuf":
+        raise BadIndex(
+            f"Faces of shape {faces.shape} and kind {faces.dtype} instead of (F, 3) or (F, 4) whole numbers",
+            remedy="Give triangles or quads.",
+        )
     whole = np.asarray(faces, np.float64)
     ids = np.arange(len(faces)) if raw.face_ids is None else np.asarray(raw.face_ids, np.int64)
     n = len(raw.vertices)

@@ -156,9 +156,12 @@ def raw_from(
     if is_rhino_mesh(geometry):
         return RawMesh(rhino_vertices(geometry), rhino_faces(geometry))
     if is_array_mesh(geometry):
-        return RawMesh(np.asarray(geometry.vertices), np.asarray(geometry.faces))
+        return raw_from((geometry.vertices, geometry.faces))
     if isinstance(geometry, (tuple, list)) and len(geometry) == 2:
-        return RawMesh(np.asarray(geometry[0]), np.asarray(geometry[1]))
+        try:
+            return RawMesh(np.asarray(geometry[0]), np.asarray(geometry[1]))
+        except ValueError:
+            raise Unsupported("Rows of different lengths", remedy="Give arrays (V, 3) and (F, 3) or (F, 4).") from None
     if type(geometry).__module__.split(".")[0].lstrip("_") == "rhino3dm":
         meshed = mesh_object(geometry, edge_target=edge_target, tolerance=tolerance or None, progress=progress)
         return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=meshed.loops_expected)
