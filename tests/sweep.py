@@ -1,0 +1,90 @@
+"""Weave the tough surfaces by the hundred: ``python tests/sweep.py [--count 300] [--name NAME ...] [--seed N]``.
+
+Not part of the tests, which are to be quick.  Each case has a name and a seed, and is woven at the
+suggested spacing or at up to twice or half of it; what breaks a promise is printed with how to
+repeat it.  The exit status is the number of failures, 99 at most.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import traceback
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent), str(HERE.parent / "sample_files"), str(HERE)]
+
+from tough_surfaces import TOUGH  # noqa: E402
+
+from weavecore import pipeline  # noqa: E402
+from weavecore.errors import SpacingTooLarge, WeaveError  # noqa: E402
+from weavecore.validating import validate  # noqa: E402
+from weavecore.weaving.strands import find_strands  # noqa: E402
+
+
+def weave_case(name: str, seed: int, pattern: str) -> list[str]:
+    """Weave one case; what went wrong, one line each, empty if all is well."""
+    rng = np.random.default_rng([seed, *name.encode()])
+    surface = pipeline.surface_from(TOUGH[name](seed))
+    spacing = pipeline.suggest_spacing(surface) * (1.0 if seed % 2 == 0 else 2.0 ** rng.uniform(-1, 1))
+    try:
+        latitudes = pipeline.offset(surface, spacing=spacing)
+    except SpacingTooLarge:
+        return []  # a spacing that was drawn, not suggested, may be more than the surface holds
+    lattice = pipeline.link(latitudes, pattern=pattern)
+    reports = [
+        validate(latitudes),
+        validate(lattice),
+        validate(find_strands(lattice), lattice=lattice),
+    ]
+    return [str(finding) for report in reports for finding in report if not finding.holds]
+
+
+def run_case(name: str, seed: int, pattern: str, show_traceback: bool) -> tuple[str, list[str]]:
+    """The outcome of a case in a word, and what there is to tell."""
+    try:
+        broken = weave_case(name, seed, pattern)
+    except WeaveError as error:
+        return "refused", [str(error)]
+    except Exception as error:  # noqa: BLE001  a crash is a result here
+        if show_traceback:
+            traceback.print_exc()
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return "crashed", [f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"]
+    return ("broken", broken) if broken else ("fine", [])
+
+
+def main() -> int:
+    """Run the sweep and print a summary by surface."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--count", type=int, default=300, help="how many cases in all")
+    parser.add_argument("--name", nargs="*", choices=sorted(TOUGH), help="only these surfaces")
+    parser.add_argument("--seed", type=int, default=0, help="the first seed")
+    parser.add_argument("--pattern", default="triangular")
+    parser.add_argument("--traceback", action="store_true", help="show where a case crashed")
+    options = parser.parse_args()
+    names = options.name or list(TOUGH)
+    outcomes: Counter[str] = Counter()
+    failures = 0
+    for case in range(options.count):
+        name, seed = names[case % len(names)], options.seed + case // len(names)
+        start = time.perf_counter()
+        outcome, told = run_case(name, seed, options.pattern, options.traceback)
+        took = time.perf_counter() - start
+        outcomes[outcome] += 1
+        failures += outcome != "fine"
+        if told or took > 20:
+            print(f"{outcome:8s} --name {name} --seed {seed}  {took:.1f} s", flush=True)
+            for line in told:
+                print(f"         {line}", flush=True)
+    print(", ".join(f"{count} {outcome}" for outcome, count in sorted(outcomes.items())))
+    return min(failures, 99)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
