@@ -233,7 +233,7 @@ def serve() -> None:
     function: Any = sys.modules[module]
     for part in name.split("."):
         function = getattr(function, part)
-    extend = _set_limits(limits)
+    extend = limit_this_process(limits)
     _send(answers, _STARTED, None)
 
     def progress(share: float, label: str) -> None:
@@ -259,8 +259,8 @@ def _send(answers: IO[bytes], kind: bytes, value: Any) -> None:
     answers.flush()
 
 
-def _set_limits(limits: Limits) -> Callable[[], None]:
-    """Limit this process; what is returned extends its time once the file is read."""
+def limit_this_process(limits: Limits) -> Callable[[], None]:
+    """Limit this process from now on; what is returned extends its time once the file is read."""
     try:
         import resource
     except ImportError:  # Windows
