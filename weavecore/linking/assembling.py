@@ -16,27 +16,32 @@ def assemble(
     nodes: Floats,
     latitude: Ints,
     station: Floats,
-    faces: Ints,
+    faces: BandFaces,
+    longest_link: float,
     pattern: Pattern,
     edge_length: float,
 ) -> Lattice:
     """The lattice of the given faces; nodes beyond those that have a latitude are hubs, kept where a face has them.
 
-    An edge along a polyline is latitudinal; one that binds a child to its parent is longitudinal,
-    also where several meet in one band; all others are of the second step.
+    An edge along a polyline is latitudinal.  One that binds a child to its parent is
+    longitudinal, also where several meet in one band, unless it is longer than
+    ``longest_link``.  All others are of the second step.
     """
     corners, nodes = _without_idle_hubs(faces.corners, nodes, len(latitude))
     corners = corners[np.lexsort(np.sort(corners, axis=1).T)]
     n_hubs = len(nodes) - len(latitude)
     node_latitude = np.concatenate([latitude, np.full(n_hubs, -1, np.int64)])
     edges = BandFaces(corners, faces.band).edges()
+    family = edge_families(latitudes, edges, node_latitude)
+    too_long = np.linalg.norm(nodes[edges[:, 1]] - nodes[edges[:, 0]], axis=1) > longest_link
+    family[too_long & (family == LONGITUDINAL)] = POCKET
     return Lattice(
         latitudes=latitudes,
         nodes=nodes,
         face_offsets=offsets_of((corners != NO_CORNER).sum(1)),
         face_nodes=corners[corners != NO_CORNER],
         edges=edges,
-        edge_family=edge_families(latitudes, edges, node_latitude),
+        edge_family=family,
         node_latitude=node_latitude,
         node_station=np.concatenate([station, np.zeros(n_hubs)]),
         pattern=pattern.name,

@@ -80,7 +80,8 @@ def turns(points: Floats) -> Floats:
 
 def divide_evenly(length: float, count: int, phase: float) -> Floats:
     """Stations (count,) at equal arc length; the first lies ``phase`` edges after the start."""
-    return (np.arange(count) + phase % 1.0) * (length / count)
+    steps: Floats = np.arange(count, dtype=np.float64) + phase % 1.0
+    return steps * (length / count)
 
 
 def index_at(nodes: Floats, length: float, station: Floats) -> Floats:

@@ -15,12 +15,13 @@ from weavecore.linking.division import count_nodes, points_at
 from weavecore.linking.feet import find_feet
 from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import fill_bands
+from weavecore.linking.quads import pair_triangles
 from weavecore.linking.rings import RingLinker
 from weavecore.linking.splicing import faces_with_long_links, splice
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 
-_STRETCH = 1.0
+_STRETCH = 0.97
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -39,7 +40,7 @@ def link_latitudes(
     latitudes : Latitudes
     edge_length : float, optional
         Length that the edges along the latitudes come near to, in the model's unit.  By default
-        the one that makes equilateral triangles with the spacing.
+        the one that makes equilateral triangles, or squares, with the spacing.
     pattern : str
         ``"triangular"`` or ``"quad"``.
     progress : callable, optional
@@ -57,7 +58,7 @@ def link_latitudes(
     """
     tell = progress or (lambda _fraction, _label: None)
     design = pattern_named(pattern)
-    length = 2.0 / np.sqrt(3.0) * latitudes.spacing if edge_length is None else float(edge_length)
+    length = design.edge_per_spacing * latitudes.spacing if edge_length is None else float(edge_length)
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
     tell(0.0, "dividing the latitudes")
@@ -69,18 +70,21 @@ def link_latitudes(
     tell(0.4, "filling the pockets")
     ring_edges = _ring_edges(counts)
     zipped = _zip_faces(linker, counts, design)
-    bad = faces_with_long_links(zipped, places, ring_edges, _longest_link(latitudes.spacing, length))
+    longest = _longest_link(latitudes.spacing, length)
+    bad = faces_with_long_links(zipped, places, ring_edges, longest)
     is_wanted = np.ones(len(latitudes.bands), bool)
     is_wanted[np.setdiff1d(zipped.band, zipped.band[bad])] = False
     taken = np.concatenate([ring_edges, zipped.where(~is_wanted[zipped.band]).edges()])
     nodes, filled = _fill(latitudes, linker.nodes, places, np.flatnonzero(is_wanted), taken, length)
     faces = splice(zipped, bad, filled, ring_edges)
+    if not design.has_diagonals:
+        faces = pair_triangles(faces, nodes, ring_edges)
     tell(0.9, "putting the lattice together")
-    return assemble(latitudes, nodes, latitude, station, faces, design, length)
+    return assemble(latitudes, nodes, latitude, station, faces, longest, design, length)
 
 
 def _longest_link(spacing: float, edge_length: float) -> float:
-    """The longest link that a zip should make: that of a triangle whose tip lies well beyond its base."""
+    """The longest link between two rings: that of a triangle whose tip lies well beyond its base."""
     return _STRETCH * float(np.hypot(spacing, 1.25 * edge_length))
 
 

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from weavecore.errors import Unsupported
 
 
@@ -17,6 +19,8 @@ class Pattern:
     Parameters
     ----------
     name : str
+    edge_per_spacing : float
+        The edge length that goes best with a spacing, where none is asked for.
     child_sits : float
         Where a child's node sits above an edge of its parent: 0.5 above the middle, 0 in
         line with a node.
@@ -31,6 +35,7 @@ class Pattern:
     """
 
     name: str
+    edge_per_spacing: float
     child_sits: float
     count_step: int
     count_slack: float
@@ -40,9 +45,16 @@ class Pattern:
 PATTERNS = {
     pattern.name: pattern
     for pattern in (
-        Pattern("triangular", child_sits=0.5, count_step=1, count_slack=1.0, has_diagonals=True),
+        Pattern(
+            "triangular",
+            edge_per_spacing=2.0 / np.sqrt(3.0),
+            child_sits=0.5,
+            count_step=1,
+            count_slack=1.0,
+            has_diagonals=True,
+        ),
         # Even rings can be woven plainly: over, under, over…
-        Pattern("quad", child_sits=0.0, count_step=2, count_slack=1.35, has_diagonals=False),
+        Pattern("quad", edge_per_spacing=1.0, child_sits=0.0, count_step=2, count_slack=1.35, has_diagonals=False),
     )
 }
 

@@ -19,7 +19,7 @@ def faces_with_long_links(faces: BandFaces, places: Floats, ring_edges: Ints, lo
     """(k,) whether a face has a side, other than along its rings, that is longer than ``longest``."""
     tail, head, face = faces.sides()
     is_long = np.linalg.norm(places[head] - places[tail], axis=1) > longest
-    is_long &= ~_are_among(tail, head, ring_edges)
+    is_long &= ~are_among(tail, head, ring_edges)
     flag = np.zeros(len(faces.corners), bool)
     flag[face[is_long]] = True
     return flag
@@ -47,7 +47,7 @@ def splice(zipped: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     side = np.unique(np.c_[both.band[face], low, high], axis=0, return_inverse=True)[1].ravel()
     is_shared = np.isin(side, np.intersect1d(side[from_zip], side[~from_zip]))
-    on_ring = _are_among(tail, head, ring_edges)
+    on_ring = are_among(tail, head, ring_edges)
     # Faces of one kind hang together across sides that only they have; the two kinds hang together along the rings.
     joins = on_ring == is_shared
     group = 3 * side + np.where(on_ring, 2, from_zip)
@@ -60,7 +60,7 @@ def splice(zipped: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -
     return BandFaces(both.corners[kept], both.band[kept])
 
 
-def _are_among(tail: Ints, head: Ints, edges: Ints) -> Bools:
+def are_among(tail: Ints, head: Ints, edges: Ints) -> Bools:
     """Whether each side is one of the edges."""
     n = np.int64(max(tail.max(initial=0), head.max(initial=0), edges.max(initial=0)) + 1)
     key = np.minimum(tail, head) * n + np.maximum(tail, head)

@@ -68,15 +68,17 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, matte
     m = feet.shape[1]
     start = _calmest(wanted)
     edge = start + np.arange(n_parent + 1)
-    base = _nearest(feet[0], n_parent, edge[:-1] + sits)
+    best: Floats = (edge + sits).astype(np.float64)
+    base = _nearest(feet[0], n_parent, best[:-1])
     base = np.append(base, base[0] + m)
     reach = np.arange(-_REACH, _REACH + 1)
     child = base[:, None] + reach
-    slant = np.moveaxis(feet[:, child % m] + n_parent * (child // m) - (edge + sits)[:, None], 0, 2)
+    slant = np.moveaxis(feet[:, child % m] + n_parent * (child // m) - best[:, None], 0, 2)
     cost = slant**2 + _SLANT_COST * np.maximum(np.abs(slant) - _EVEN_SLANT, 0.0) ** 2
     steps = np.arange(max(2, int(np.diff(base).max()) + 1) + 1)
     excess = steps - wanted[edge[1:] % n_parent][:, None]
-    division, offset = _cheapest_walk(cost, np.diff(base), _IRREGULAR_COST * excess**2 if matters else 0.0 * excess)
+    step_cost: Floats = (_IRREGULAR_COST if matters else 0.0) * excess.astype(np.float64) ** 2
+    division, offset = _cheapest_walk(cost, np.diff(base), step_cost)
     tips = (base + reach[offset])[:-1]
     # Edges from the start on to the last, then those before the start, one turn on.
     return division, np.concatenate([tips[n_parent - start :] - m, tips[: n_parent - start]])
