@@ -237,9 +237,7 @@ def _read(path: Path) -> str:
     return "read"
 
 
-def fuzz(
-    reader: str, cases: int, seed: int, folder: Path, keep: bool = False
-) -> tuple[collections.Counter, float, list[Path]]:
+def fuzz(reader: str, cases: int, seed: int, folder: Path, keep: bool) -> tuple[collections.Counter, float, list[Path]]:
     """Outcomes of so many cases, the longest time, and the files that failed."""
     draw = np.random.default_rng([seed, READERS.index(reader)])
     wholes = whole_files(reader, folder)
