@@ -36,7 +36,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-REFUSED, STOPPED = 1, 130
+REFUSED = 1
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
@@ -278,19 +278,17 @@ def _one_line_errors() -> Iterator[None]:
     try:
         yield
     except WeaveError as error:
-        _end(str(error), REFUSED)
-    except KeyboardInterrupt:
-        _end("stopped; no file was changed", STOPPED)
+        _end(str(error))
     except MemoryError:
-        _end("TOO_MUCH_WORK: the memory did not suffice. Choose a larger spacing or a coarser mesh.", REFUSED)
+        _end("TOO_MUCH_WORK: the memory did not suffice. Choose a larger spacing or a coarser mesh.")
     except Exception as error:  # noqa: BLE001 - a fault of the program must not end in a traceback either.
         what = f"{type(error).__name__}: {error}"
-        _end(f"INTERNAL: {what}. This is a fault of weavecore: please report it with the input file.", REFUSED)
+        _end(f"INTERNAL: {what}. This is a fault of weavecore: please report it with the input file.")
 
 
-def _end(message: str, status: int) -> NoReturn:
+def _end(message: str) -> NoReturn:
     typer.echo(f"weavecore: {' '.join(message.split())}", err=True)
-    sys.exit(status)
+    sys.exit(REFUSED)
 
 
 def _written(targets: list[Path]) -> Lines:
