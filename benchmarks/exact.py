@@ -18,6 +18,8 @@ SMOOTH_SLOPE = 0.97
 class Places:
     """Points on a mesh that should lie at given distances: face (N,), barycentric (N, 3), distance (N,)."""
 
+    vertices: np.ndarray
+    faces: np.ndarray
     face: np.ndarray
     barycentric: np.ndarray
     distance: np.ndarray

@@ -8,15 +8,15 @@ from typing import Callable
 
 import numpy as np
 import potpourri3d as pp3d
-from exact import Places
 
+from exact import Places
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.levels import offset_levels
 
 
 @dataclass(frozen=True)
 class Run:
-    """Seconds, and where the levels came to lie."""
+    """Processor seconds, and where the levels came to lie."""
 
     seconds: float
     places: Callable[[], Places]
@@ -24,16 +24,17 @@ class Run:
 
 def run_weavecore(vertices: np.ndarray, faces: np.ndarray, spacing: float) -> Run:
     """The surface with all its checks, the distance, the polylines, the bands and the parents."""
-    begin = time.perf_counter()
+    begin = time.process_time()
     surface = SurfaceMesh(vertices, faces)
     latitudes = offset_levels(surface, spacing=spacing)
-    end = time.perf_counter()
+    end = time.process_time()
 
     def places() -> Places:
         polylines = latitudes.polylines
         inner = latitudes.generation[polylines.owner] > 0
         distance = latitudes.distance[polylines.owner]
-        return Places(polylines.face[inner], polylines.barycentric[inner], distance[inner])
+        on = latitudes.surface  # finer than what was given, where that was too coarse for the spacing
+        return Places(on.vertices, on.faces, polylines.face[inner], polylines.barycentric[inner], distance[inner])
 
     return Run(end - begin, places)
 
@@ -70,16 +71,16 @@ def _borders(vertices: np.ndarray, faces: np.ndarray) -> list[list[int]]:
 
 
 def _run_peer(vertices: np.ndarray, faces: np.ndarray, spacing: float, solve: Callable[[], np.ndarray]) -> Run:
-    begin = time.perf_counter()
+    begin = time.process_time()
     distance = solve()
     marcher = pp3d.MeshMarchingTrianglesSolver(vertices, faces)
     for level in spacing * np.arange(1, int(distance.max() / spacing) + 1):
         marcher.marching_triangles(distance, level)
-    end = time.perf_counter()
-    return Run(end - begin, lambda: _cross_edges(faces, distance, spacing))
+    end = time.process_time()
+    return Run(end - begin, lambda: _cross_edges(vertices, faces, distance, spacing))
 
 
-def _cross_edges(faces: np.ndarray, distance: np.ndarray, spacing: float) -> Places:
+def _cross_edges(vertices: np.ndarray, faces: np.ndarray, distance: np.ndarray, spacing: float) -> Places:
     """Where the linear interpolation of a distance crosses its levels on the sides of the faces."""
     level = np.floor(distance / spacing)
     face, k = np.nonzero(level[faces] < level[faces[:, [1, 2, 0]]])
@@ -89,4 +90,4 @@ def _cross_edges(faces: np.ndarray, distance: np.ndarray, spacing: float) -> Pla
     weights = np.zeros((len(face), 3))
     rows = np.arange(len(face))
     weights[rows, k], weights[rows, (k + 1) % 3] = 1 - part, part
-    return Places(face, weights, wanted)
+    return Places(vertices, faces, face, weights, wanted)
