@@ -11,6 +11,7 @@ import pytest
 
 import misbehaving
 from weavecore.errors import NonManifold, TooMuchWork, Unreadable
+from weavecore.reading import inspect_file, read_surface
 from weavecore.reading.guarded import Limits, call_guarded, limits_for
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="the platform sets no limits on memory and processor time")
@@ -93,3 +94,18 @@ def test_a_larger_file_gets_more(tmp_path):
     assert small == Limits()
     assert more.seconds > small.seconds
     assert more.memory > small.memory
+
+
+def test_a_file_is_read_and_looked_at_in_a_process_of_its_own(tmp_path):
+    path = tmp_path / "square.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
+    guarded, plain = read_surface(path, guarded=True), read_surface(path)
+    assert np.array_equal(guarded.vertices, plain.vertices)
+    assert np.array_equal(guarded.faces, plain.faces)
+    assert guarded.mendings == plain.mendings
+    assert inspect_file(path, guarded=True) == inspect_file(path)
+
+
+def test_a_missing_file_is_refused_as_ever(tmp_path):
+    with pytest.raises(Unreadable, match="does not exist"):
+        read_surface(tmp_path / "missing.3dm", guarded=True)

@@ -53,7 +53,7 @@ class Limits:
         Address space, in bytes.
     """
 
-    reading_seconds: float = 9.0
+    reading_seconds: float = 7.0
     seconds: float = 300.0
     memory: int = 4 * 1024 * _MEGABYTE
 

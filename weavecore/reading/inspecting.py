@@ -13,6 +13,7 @@ from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
 from weavecore.model import SurfaceMesh
 from weavecore.reading.choosing import is_candidate
+from weavecore.reading.guarded import Progress, call_guarded, limits_for
 from weavecore.reading.mesh_files import read_mesh_file
 from weavecore.reading.raw import RawMesh
 from weavecore.reading.read import check_ending, is_rhino, raw_from_document
@@ -93,16 +94,27 @@ class FileReport:
     others: tuple[tuple[str, int], ...]
 
 
-def inspect_file(path: PathLike) -> FileReport:
+def inspect_file(path: PathLike, *, guarded: bool = False, progress: Optional[Progress] = None) -> FileReport:
     """Look at every object of a file that a surface could be made of.
+
+    Parameters
+    ----------
+    path : path
+    guarded : bool
+        Look in a process of its own, so that a damaged file can neither end this one nor hold it up.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
 
     Raises
     ------
     Unreadable, Unsupported, TooMuchWork
         Where the file as a whole cannot be read; what is wrong with one object is in its report.
     """
+    if guarded:
+        report: FileReport = call_guarded(inspect_file, path, limits=limits_for(path), progress=progress)
+        return report
     if is_rhino(path):
-        return _inspect_document(path, open_document(path))
+        return _inspect_document(path, open_document(path), progress or _quiet)
     check_ending(path)
     format_ = Path(path).suffix.lower()[1:]
     try:
@@ -110,15 +122,20 @@ def inspect_file(path: PathLike) -> FileReport:
     except (LookupError, ValueError) as error:
         if not isinstance(error, WeaveError):
             raise
-        report = _refused(RhinoObject("", Path(path).stem, "Mesh", "", "", None), error)
+        only = _refused(RhinoObject("", Path(path).stem, "Mesh", "", "", None), error)
     else:
-        report = _report(RhinoObject("", raw.name, "Mesh", "", "", None), raw)
-    return FileReport(str(path), format_, None, "None", 0.0, (), (report,), ())
+        only = _report(RhinoObject("", raw.name, "Mesh", "", "", None), raw)
+    return FileReport(str(path), format_, None, "None", 0.0, (), (only,), ())
 
 
-def _inspect_document(path: PathLike, document: RhinoDocument) -> FileReport:
+def _quiet(_share: float, _label: str) -> None:
+    """Tell nobody."""
+
+
+def _inspect_document(path: PathLike, document: RhinoDocument, tell: Progress) -> FileReport:
     reports, others = [], dict[str, int]()
-    for one in document.objects:
+    for number, one in enumerate(document.objects):
+        tell(number / len(document.objects), "looking at objects")
         if not one.is_surface:
             others[one.kind] = others.get(one.kind, 0) + 1
             continue

@@ -13,6 +13,7 @@ from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
 from weavecore.model import SurfaceMesh
 from weavecore.reading.choosing import choose_object
+from weavecore.reading.guarded import call_guarded, limits_for
 from weavecore.reading.mesh_files import MESH_READERS, read_mesh_file
 from weavecore.reading.raw import Plane, RawMesh
 from weavecore.reading.repair import repair
@@ -33,6 +34,7 @@ def read_surface(
     object: Optional[str] = None,  # noqa: A002
     cut_plane: Optional[Plane] = None,
     edge_target: Optional[float] = None,
+    guarded: bool = False,
     progress: Optional[Progress] = None,
 ) -> SurfaceMesh:
     """Read the surface that a file holds.
@@ -47,6 +49,8 @@ def read_surface(
         Closed parts that this plane meets are cut in two by it; others by themselves.
     edge_target : float, optional
         Length of an edge where the surface is no mesh yet, in the file's unit.
+    guarded : bool
+        Read in a process of its own, so that a damaged file can neither end this one nor hold it up.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -64,7 +68,8 @@ def read_surface(
     UnitUnknown
         Where a Rhino file says no unit.
     """
-    raw = read_raw(path, layer=layer, object=object, edge_target=edge_target, progress=progress)
+    options: dict[str, Any] = {"layer": layer, "object": object, "edge_target": edge_target, "progress": progress}
+    raw = call_guarded(read_raw, path, limits=limits_for(path), **options) if guarded else read_raw(path, **options)
     if raw.unit == "None" and is_rhino(path):
         warnings.warn(UnitUnknown(f"{path} says no unit; lengths are taken as they are"), stacklevel=2)
     return repair(raw, cut_plane=cut_plane)
