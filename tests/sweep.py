@@ -5,6 +5,7 @@ suggested spacing or at up to twice or half of it; what breaks a promise is prin
 repeat it.  The exit status is the number of failures, 99 at most.
 """
 
+# ruff: noqa: E402, T201  a script: its folders are put on the path before its imports, and it prints
 from __future__ import annotations
 
 import argparse
@@ -19,12 +20,11 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "sample_files"), str(HERE)]
 
-from tough_surfaces import TOUGH  # noqa: E402
-
-from weavecore import pipeline  # noqa: E402
-from weavecore.errors import SpacingTooLarge, WeaveError  # noqa: E402
-from weavecore.validating import validate  # noqa: E402
-from weavecore.weaving.strands import find_strands  # noqa: E402
+from tough_surfaces import TOUGH
+from weavecore import pipeline
+from weavecore.errors import SpacingTooLarge, WeaveError
+from weavecore.validating import validate
+from weavecore.weaving.strands import find_strands
 
 
 def weave_case(name: str, seed: int, pattern: str) -> list[str]:

@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tough_surfaces import TOUGH
 from weavecore.model import SurfaceMesh
+from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.suggestion import round_friendly, spacing_for_edges, suggest_spacing
 from woven_tube import tube_surface
 
@@ -38,6 +40,14 @@ def test_a_coarse_mesh_gets_wider_but_never_too_few() -> None:
     assert coarse > suggest_spacing(disc(60))
     assert 4 <= 1.0 / coarse <= 8
     assert 2.5 / suggest_spacing(tube_surface()) >= 3
+
+
+@pytest.mark.parametrize("name", ["one_triangle", "two_triangles", "strip", "ring_strip", "fan", "long_faced_tube"])
+def test_a_mesh_with_no_vertex_off_its_borders_gets_a_spacing_that_fits(name: str) -> None:
+    for seed in range(3):
+        surface = SurfaceMesh(*TOUGH[name](seed))
+        latitudes = offset_levels(surface, spacing=suggest_spacing(surface))
+        assert 2 <= latitudes.n_generations <= 40
 
 
 @given(st.integers(-6, 6))

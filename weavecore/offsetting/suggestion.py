@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from weavecore.geometry.arrays import Floats
 from weavecore.geometry.halfedges import halfedge_ends
+from weavecore.geometry.refinement import refine_faces
 from weavecore.model import SurfaceMesh
 
 N_GENERATIONS = 15
@@ -20,6 +21,9 @@ FEWEST_GENERATIONS = 5
 
 EDGES_PER_SPACING = 3.0
 """A spacing of fewer mean edges than this would show the facets of the mesh rather than its shape."""
+
+_FEW_FACES = 2000  # such a mesh may be coarser than the surface is deep
+_FEWEST_EDGES = 12  # across a square of the surface's area
 
 _FRIENDLY = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 
@@ -36,10 +40,12 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
     float
         In the model's unit.
     """
-    depth = _depth_along_edges(surface)
     a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).mean() / 2
-    mean_edge = math.sqrt(area * 4 / math.sqrt(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    mean_edge = math.sqrt(areas.mean() * 4 / math.sqrt(3))
+    depth = _depth_along_edges(surface, longest=math.sqrt(areas.sum()) / _FEWEST_EDGES)
+    if depth == 0:  # All vertices lie on borders still: as deep as the circle in the widest face.
+        depth = 2 * float((areas / surface.edge_lengths.reshape(-1, 3).sum(1)).max())
     spacing = max(depth / N_GENERATIONS, min(EDGES_PER_SPACING * mean_edge, depth / FEWEST_GENERATIONS))
     return round_friendly(spacing)
 
@@ -57,12 +63,20 @@ def round_friendly(length: float) -> float:
     return float(f"{nearest:g}e{exponent}")
 
 
-def _depth_along_edges(surface: SurfaceMesh) -> float:
-    """Distance of the farthest vertex from the borders and cuts, along edges: some percent too long, and cheap."""
-    tail, head = halfedge_ends(surface.faces)
-    n = surface.n_vertices
-    graph = coo_matrix((surface.edge_lengths, (tail, head)), shape=(n, n)).tocsr()
+def _depth_along_edges(surface: SurfaceMesh, *, longest: float) -> float:
+    """Distance of the farthest vertex from the borders and cuts, along edges: some percent too long, and cheap.
+
+    A mesh of few faces may have no vertex off its borders, so long edges are cut first.
+    """
+    vertices, faces = surface.vertices, surface.faces
+    if surface.n_faces < _FEW_FACES:
+        fine = refine_faces(vertices, faces, longest=longest, protected=surface.is_cut)
+        vertices, faces = fine.vertices, fine.faces
+    tail, head = halfedge_ends(faces)
+    n = len(vertices)
+    lengths = np.linalg.norm(vertices[head] - vertices[tail], axis=1)
     # Where two halfedges share an edge the sum of both would be stored; each runs its own way, so none do.
+    graph = coo_matrix((lengths, (tail, head)), shape=(n, n)).tocsr()
     sources = np.concatenate([*surface.borders, *surface.cuts])
     distance: Floats = dijkstra(graph, directed=False, indices=sources, min_only=True)
     return float(distance[np.isfinite(distance)].max())

@@ -99,7 +99,8 @@ def check_resolution(points: Floats, triangles: Ints, epsilon: float) -> None:
     if extent < _SMALLEST:
         raise Degenerate(f"The surface is only {extent:.2g} large", remedy="Give a surface that has an area.")
     step = epsilon * furthest
-    edge = float(np.median(np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2)))
+    lengths = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2)
+    edge = float(np.median(lengths[lengths > 0])) if lengths.any() else np.inf  # no edge is too short for its place
     if step > _COARSEST * edge:
         raise TooFarFromOrigin(
             f"Coordinates up to {furthest:.3g} are kept in steps of {step:.2g}, too coarse for edges of {edge:.3g}",
