@@ -9,7 +9,7 @@ from typing import Callable, NamedTuple
 import pytest
 
 from weavecore.cli import main
-from weavecore.exporting.registry import export
+from weavecore.pipeline import export
 from woven_tube import tube_surface
 
 

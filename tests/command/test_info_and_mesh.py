@@ -9,8 +9,7 @@ from typing import Any, Callable
 import numpy as np
 import pytest
 
-from weavecore.exporting.registry import export
-from weavecore.pipeline import read_surface
+from weavecore.pipeline import export, read_surface
 from woven_tube import tube_surface
 
 Run = Callable[..., Any]

@@ -11,7 +11,7 @@ import pytest
 import rhino3dm
 
 from weavecore.exporting import rhino_history
-from weavecore.exporting.registry import encode, export
+from weavecore.exporting.registry import encode
 from weavecore.exporting.rhino_history import with_fixed_dates
 from weavecore.model import LONGITUDINAL, Lattice
 from weavecore.palette import latitude_colours
@@ -19,7 +19,7 @@ from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube
 
 
 def read_back(folder: Path, value: Any, **options: Any) -> rhino3dm.File3dm:
-    export(value, folder / "out.3dm", overwrite=True, **options)
+    (folder / "out.3dm").write_bytes(encode(value, "out.3dm", **options))
     return rhino3dm.File3dm.Read(str(folder / "out.3dm"))
 
 

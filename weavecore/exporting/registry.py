@@ -15,7 +15,7 @@ from weavecore.exporting.json_result import encode_json
 from weavecore.exporting.mesh_files import encode_obj, encode_off, encode_ply, encode_stl
 from weavecore.exporting.product import Product, StageValue, product_of
 from weavecore.exporting.rhino_file import encode_3dm
-from weavecore.files import PathLike, write_whole
+from weavecore.files import PathLike
 from weavecore.model import Strands
 
 Writer = Callable[[Product], bytes]
@@ -71,20 +71,3 @@ def encode(
         Where the ending is not known, or cannot hold this kind of value.
     """
     return writer_for(path)(product_of(value, strands=strands, parameters=parameters))
-
-
-def export(
-    value: StageValue,
-    path: PathLike,
-    *,
-    strands: Strands | None = None,
-    parameters: Mapping[str, object] | None = None,
-    overwrite: bool = False,
-) -> None:
-    """Write a stage's result, whole or not at all; see `encode` for the options.
-
-    Raises
-    ------
-    Unsupported, OutputExists, NotWritten
-    """
-    write_whole(path, encode(value, path, strands=strands, parameters=parameters), overwrite=overwrite)
