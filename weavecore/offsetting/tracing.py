@@ -42,7 +42,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
     sheet = split_ridges(open_sheet(surface, field), surface.edge_lengths, spacing=spacing)
     regions = group_nodes(sheet, spacing=spacing)
     if not regions.band.any():
-        raise _too_large(spacing, float(field.distance.max()))
+        raise _too_large(spacing, _least_depth(surface, field))
     refuse_too_many_points(count_crossings(sheet, regions.band), spacing)
     crossings = find_crossings(sheet, regions.band)
     part = place_crossings(sheet, regions, crossings, spacing=spacing)
@@ -100,9 +100,18 @@ def refuse_too_many_points(points: float, spacing: float) -> None:
 
 def _too_large(spacing: float, depth: float) -> SpacingTooLarge:
     return SpacingTooLarge(
-        f"A spacing of {spacing:g} leaves no room for a polyline: the surface is only {depth:g} deep",
+        f"A spacing of {spacing:g} leaves no room for a polyline: the surface is about {depth:.3g} deep",
         remedy=f"Take a spacing of {_round_down(depth / 2):g} or less.",
     )
+
+
+def _least_depth(surface: SurfaceMesh, field: DistanceField) -> float:
+    """How deep the surface is at least: at a vertex, or in the middle of the largest circle inside a face."""
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    perimeter = surface.edge_lengths.reshape(-1, 3).sum(1)
+    radius = np.divide(2.0 * area, perimeter, out=np.zeros_like(area), where=perimeter > 0)
+    return float(max(field.distance.max(), radius.max()))
 
 
 def _round_down(value: float) -> float:
