@@ -6,10 +6,11 @@ Run on demand::
     python tests/fuzz_readers.py --cases 200 --reader 3dm --seed 7
 
 Each case is a whole file that is cut, flipped, spliced, overwritten or, for ``.3dm``, changed inside a
-chunk whose checksum is then made right again, so that the damage gets past the first look.  It is read in
-a forked process with the limits of `weavecore.reading.guarded`; a child that crashes, hangs or takes too much
-is what the guard turns into an error, and is counted as contained.  An exception of another kind, or a
-case that takes longer than ten seconds, is a failure: its bytes are kept in the folder named at the end.
+chunk whose checksum is then made right again, so that the damage gets past the first look.  It is read
+in a forked process with the limits of `weavecore.reading.guarded`; a child that crashes, hangs or takes
+too much is what the guard turns into an error, and is counted as contained.  An exception of another
+kind, or a case that takes more than ten seconds of processor time, is a failure: its bytes are kept in the
+folder named at the end.
 """
 
 from __future__ import annotations
@@ -25,7 +26,6 @@ import signal
 import struct
 import sys
 import tempfile
-import time
 import warnings
 import zlib
 from collections.abc import Callable, Iterator
@@ -41,6 +41,7 @@ from weavecore.reading.guarded import Limits, limit_this_process  # noqa: E402
 
 LIMITS = Limits(reading_seconds=8.0, seconds=8.0, memory=2 * 2**30)
 MOST_SECONDS = 10.0
+_SLOWER = 6.0  # Others may use the machine too.
 READERS = ("3dm", "obj", "ply", "stl", "off")
 _CHUNK = struct.Struct("<Iq")
 _CHECKED = 0x8000
@@ -202,8 +203,7 @@ DAMAGES: list[Callable[[bytes, Generator, list[bytes]], bytes]] = [
 
 
 def run_case(path: Path) -> tuple[str, float]:
-    """Read a file in a forked child; what became of it, and in how many seconds."""
-    start = time.monotonic()
+    """Read a file in a forked child; what became of it, and its seconds of processor time."""
     ear, mouth = os.pipe()
     child = os.fork()
     if child == 0:
@@ -212,14 +212,14 @@ def run_case(path: Path) -> tuple[str, float]:
         os._exit(0)
     os.close(mouth)
     heard = b""
-    if select.select([ear], [], [], MOST_SECONDS)[0]:
+    if select.select([ear], [], [], _SLOWER * MOST_SECONDS)[0]:
         heard = os.read(ear, 200)
     else:
         os.kill(child, signal.SIGKILL)
-    _, status = os.waitpid(child, 0)
+    _, status, used = os.wait4(child, 0)
     os.close(ear)
     outcome = heard.decode() or f"contained: signal {status & 0x7F}"
-    return outcome, time.monotonic() - start
+    return outcome, used.ru_utime + used.ru_stime
 
 
 def _read(path: Path) -> str:
@@ -251,7 +251,7 @@ def fuzz(reader: str, cases: int, seed: int, folder: Path, keep: bool) -> tuple[
         outcome, seconds = run_case(path)
         outcomes[outcome] += 1
         longest = max(longest, seconds)
-        if outcome.startswith("ESCAPED") or seconds > MOST_SECONDS + 1:
+        if outcome.startswith("ESCAPED") or seconds > MOST_SECONDS:
             failed.append(path)
         elif keep and outcome.startswith("contained"):
             print(f"  {outcome}: {path}")  # noqa: T201

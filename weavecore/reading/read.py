@@ -17,9 +17,9 @@ from weavecore.reading.guarded import call_guarded, limits_for
 from weavecore.reading.mesh_files import MESH_READERS, read_mesh_file
 from weavecore.reading.raw import Plane, RawMesh
 from weavecore.reading.repair import repair
-from weavecore.reading.rhino_file import RhinoDocument, RhinoObject, open_document
+from weavecore.reading.rhino_file import BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.rhino_meshes import is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
-from weavecore.reading.rhino_surfaces import mesh_object
+from weavecore.reading.rhino_surfaces import UNTOLD, MeshedObject, mesh_block, mesh_object
 
 Progress = Callable[[float, str], None]
 
@@ -140,7 +140,17 @@ def raw_from_document(
 ) -> RawMesh:
     """The arrays of one object of a Rhino file."""
     name = chosen.name or Path(document.file_name).stem
-    raw = raw_from(chosen.geometry, edge_target=edge_target, tolerance=document.tolerance, progress=progress)
+    if chosen.kind == BLOCK:
+        meshed = mesh_block(
+            document.source,
+            chosen.geometry,
+            tolerance=document.tolerance,
+            edge_target=edge_target,
+            progress=progress,
+        )
+        raw = _raw_from_meshed(meshed)
+    else:
+        raw = raw_from(chosen.geometry, edge_target=edge_target, tolerance=document.tolerance, progress=progress)
     return replace(raw, unit=document.unit, tolerance=document.tolerance, name=name)
 
 
@@ -169,11 +179,16 @@ def raw_from(
             raise Unsupported("Rows of different lengths", remedy="Give arrays (V, 3) and (F, 3) or (F, 4).") from None
     if type(geometry).__module__.split(".")[0].lstrip("_") == "rhino3dm":
         meshed = mesh_object(geometry, edge_target=edge_target, tolerance=tolerance or None, progress=progress)
-        return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=meshed.loops_expected)
+        return _raw_from_meshed(meshed)
     raise Unsupported(
         f"Geometry of the kind {type(geometry).__name__}",
         remedy="Give a mesh, a surface of rhino3dm, or a pair (vertices, faces).",
     )
+
+
+def _raw_from_meshed(meshed: MeshedObject) -> RawMesh:
+    n_borders = None if meshed.loops_expected == UNTOLD else meshed.loops_expected
+    return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=n_borders)
 
 
 def is_rhino(path: PathLike) -> bool:

@@ -9,12 +9,15 @@ from typing import Any
 from weavecore.errors import Unreadable, Unsupported
 from weavecore.files import PathLike
 from weavecore.reading.mesh_files import check_file
-from weavecore.reading.rhino_surfaces import MESHED_KINDS
+from weavecore.reading.rhino_surfaces import MESHED_KINDS, holds_surface
 
 _SIGNATURE = b"3D Geometry File Format "
 _VERSIONS = range(2, 9)
 
-SURFACE_KINDS = ("Mesh", *MESHED_KINDS)
+BLOCK = "Block"
+"""What a reference to a block that holds a surface is called here."""
+
+SURFACE_KINDS = ("Mesh", *MESHED_KINDS, BLOCK)
 """Rhino's names for the kinds of object that a surface can be made of."""
 
 
@@ -95,7 +98,7 @@ def open_document(path: PathLike) -> RhinoDocument:
     if source is None:
         raise Unreadable(f"{path} is damaged", remedy="Open it in Rhino, repair it there and save it again.")
     layers, aside = _layers(source)
-    objects = tuple(_object(item, layers, aside) for item in source.Objects)
+    objects = tuple(_object(item, layers, aside, source) for item in source.Objects)
     settings = source.Settings
     return RhinoDocument(
         file_name=Path(path).name,
@@ -151,8 +154,11 @@ def _layers(source: Any) -> tuple[dict[int, str], dict[int, str]]:
     return paths, aside
 
 
-def _object(item: Any, layers: dict[int, str], layer_aside: dict[int, str]) -> RhinoObject:
+def _object(item: Any, layers: dict[int, str], layer_aside: dict[int, str], source: Any) -> RhinoObject:
     attributes, geometry = item.Attributes, item.Geometry
+    kind = geometry.ObjectType.name if geometry is not None else "None"
+    if kind == "InstanceReference" and holds_surface(source, geometry):
+        kind = BLOCK
     mode = attributes.Mode.name
     if attributes.IsInstanceDefinitionObject:
         aside = "part of a block"
@@ -165,7 +171,7 @@ def _object(item: Any, layers: dict[int, str], layer_aside: dict[int, str]) -> R
     return RhinoObject(
         id=str(attributes.Id),
         name=attributes.Name or "",
-        kind=geometry.ObjectType.name if geometry is not None else "None",
+        kind=kind,
         layer=layers.get(attributes.LayerIndex, ""),
         aside=aside,
         geometry=geometry,

@@ -12,6 +12,7 @@ import rhino_shapes as make
 from weavecore.errors import NoSurface, Unreadable
 from weavecore.geometry.halfedges import border_loops, check_manifold_vertices, find_twins
 from weavecore.geometry.relaxing import least_angles
+from weavecore.reading import read_surface
 from weavecore.reading.rhino_surfaces import MeshedObject, expand_reference, join_meshes, mesh_object, mesh_objects
 
 r = pytest.importorskip("rhino3dm")
@@ -80,6 +81,7 @@ def test_meshes_that_do_not_touch_stay_apart():
 def nested(tmp_path) -> Any:
     """A file with a block that holds a tube and a block that holds a bowl, and one reference to the outer one."""
     model, plain = r.File3dm(), r.ObjectAttributes()
+    model.Settings.ModelUnitSystem = r.UnitSystem.Meters
     table = model.InstanceDefinitions
     table.Add("inner", "", "", "", r.Point3d(0, 0, 0), (r.Brep.CreateFromSurface(make.bowl()),), (plain,))
     inner = r.InstanceReference(table[0].Id, r.Transform.Translation(1, 0, 0))
@@ -115,6 +117,31 @@ def test_the_parts_of_a_block_can_be_joined(nested):
     mesh = mesh_objects([p.geometry for p in parts], transforms=moved, tolerance=1e-3)
     assert shape_of(mesh) == (1, 1)
     assert mesh.vertices[:, 2].max() == pytest.approx(6.0, abs=1e-9)
+
+
+def test_a_block_is_read_from_a_file_as_one_surface(nested, tmp_path):
+    surface = read_surface(tmp_path / "nested.3dm")
+    assert len(surface.borders) == 3
+    assert surface.vertices[:, 1].min() == pytest.approx(8.0, abs=1e-2)
+
+
+def test_a_block_of_curves_is_no_candidate(tmp_path):
+    model = r.File3dm()
+    model.Settings.ModelUnitSystem = r.UnitSystem.Meters
+    model.InstanceDefinitions.Add("lines", "", "", "", r.Point3d(0, 0, 0), (make.circle(1.0),), (r.ObjectAttributes(),))
+    model.Objects.AddInstanceObject(r.InstanceReference(model.InstanceDefinitions[0].Id, r.Transform.Identity()))
+    model.Write(str(tmp_path / "lines.3dm"), 8)
+    with pytest.raises(NoSurface):
+        read_surface(tmp_path / "lines.3dm")
+
+
+def test_a_mesh_and_a_surface_are_stitched():
+    mesh = r.Mesh()
+    for corner in FLOOR:
+        mesh.Vertices.Add(*corner)
+    mesh.Faces.AddFace(0, 1, 2, 3)
+    joined = mesh_objects([mesh, make.square(*WALL)], tolerance=1e-3)
+    assert shape_of(joined) == (1, 1)
 
 
 def test_a_block_without_objects_is_refused():

@@ -1,16 +1,19 @@
 """Any surface of a Rhino file as one welded triangle mesh, without Rhino."""
 
-from weavecore.reading.rhino_surfaces.blocks import BlockPart, expand_reference
-from weavecore.reading.rhino_surfaces.meshed import MeshedObject
+from weavecore.reading.rhino_surfaces.blocks import BlockPart, expand_reference, holds_surface, mesh_block
+from weavecore.reading.rhino_surfaces.meshed import UNTOLD, MeshedObject
 from weavecore.reading.rhino_surfaces.objects import MESHED_KINDS, mesh_object, mesh_objects
 from weavecore.reading.rhino_surfaces.stitching import join_meshes
 
 __all__ = [
     "MESHED_KINDS",
+    "UNTOLD",
     "BlockPart",
     "MeshedObject",
     "expand_reference",
+    "holds_surface",
     "join_meshes",
+    "mesh_block",
     "mesh_object",
     "mesh_objects",
 ]

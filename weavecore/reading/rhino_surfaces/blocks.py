@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from weavecore.errors import NoSurface, TooMuchWork, Unreadable
+from weavecore.errors import NoSurface, TooMuchWork, Unreadable, WeaveError
 from weavecore.geometry.arrays import Floats
+from weavecore.reading.rhino_meshes import is_rhino_mesh
+from weavecore.reading.rhino_surfaces.meshed import MeshedObject
+from weavecore.reading.rhino_surfaces.objects import MESHED_KINDS, mesh_objects
 
 _MOST_PARTS = 10_000
 
@@ -49,6 +53,47 @@ def expand_reference(source: Any, reference: Any) -> tuple[BlockPart, ...]:
             kind="block",
         )
     return tuple(parts)
+
+
+def holds_surface(source: Any, reference: Any) -> bool:
+    """Whether a surface can be made of what a block reference stands for."""
+    try:
+        return any(_is_surface(part.geometry) for part in expand_reference(source, reference))
+    except WeaveError:
+        return False
+
+
+def mesh_block(
+    source: Any,
+    reference: Any,
+    *,
+    tolerance: float,
+    edge_target: float | None = None,
+    progress: Callable[[float, str], None] | None = None,
+) -> MeshedObject:
+    """Mesh the surfaces that a block reference stands for, joined where their edges coincide.
+
+    Curves, points and texts in the block are left out.
+
+    Raises
+    ------
+    NoSurface
+        Where there is no surface in it; else as `expand_reference` and `mesh_objects`.
+    """
+    parts = [part for part in expand_reference(source, reference) if _is_surface(part.geometry)]
+    if not parts:
+        raise NoSurface("A block holds no surface", remedy="Choose an object that is a surface or a mesh.")
+    return mesh_objects(
+        [part.geometry for part in parts],
+        transforms=[part.transform for part in parts],
+        tolerance=tolerance,
+        edge_target=edge_target,
+        progress=progress,
+    )
+
+
+def _is_surface(geometry: Any) -> bool:
+    return is_rhino_mesh(geometry) or geometry.ObjectType.name in MESHED_KINDS
 
 
 def _expand(source: Any, reference: Any, outer: Floats, above: tuple[str, ...], parts: list[BlockPart]) -> None:

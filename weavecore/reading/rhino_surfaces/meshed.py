@@ -8,6 +8,9 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, frozen
 
+UNTOLD = -1
+"""Instead of a number of borders where the object does not say it."""
+
 
 @dataclass(frozen=True, eq=False)
 class MeshedObject:
@@ -20,7 +23,7 @@ class MeshedObject:
     faces : (F, 3) int64
         Counter-clockwise seen from outside.
     loops_expected : int
-        How many borders the object says that it has.
+        How many borders the object says that it has, or `UNTOLD`.
     chord_error : float
         The greatest distance measured between the mesh and the surface; 0 where it was not measured.
     notes : sequence of str

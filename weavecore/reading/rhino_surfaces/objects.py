@@ -10,9 +10,13 @@ from numpy.typing import ArrayLike
 
 from weavecore.errors import NonFinite, Unsupported
 from weavecore.geometry.arrays import Floats
+from weavecore.reading.checking import checked_faces, checked_vertices
+from weavecore.reading.quads import split_faces
+from weavecore.reading.raw import RawMesh
+from weavecore.reading.rhino_meshes import is_rhino_mesh, rhino_faces, rhino_vertices
 from weavecore.reading.rhino_surfaces.brep_mesh import mesh_brep
 from weavecore.reading.rhino_surfaces.joining import join_shapes
-from weavecore.reading.rhino_surfaces.meshed import MeshedObject
+from weavecore.reading.rhino_surfaces.meshed import UNTOLD, MeshedObject
 from weavecore.reading.rhino_surfaces.shape import brep_shape
 from weavecore.reading.rhino_surfaces.stitching import join_meshes, split_parts
 from weavecore.reading.rhino_surfaces.subd import mesh_subd
@@ -84,11 +88,12 @@ def mesh_objects(
     """Mesh several surfaces as one, joined where their edges coincide.
 
     Surfaces of all kinds but SubDs are joined edge to edge before they are meshed, so that both sides share their
-    vertices; what coincides only in part, and SubDs, is stitched afterwards (see `join_meshes`).
+    vertices; what coincides only in part, SubDs and meshes, is stitched afterwards (see `join_meshes`).
 
     Parameters
     ----------
     geometries : sequence of rhino3dm geometry
+        What `mesh_object` takes, and meshes.
     tolerance : float
         How far apart edges that are meant to coincide may lie: the model's absolute tolerance.
     transforms : sequence of (4, 4) array_like or None, optional
@@ -102,15 +107,28 @@ def mesh_objects(
     """
     moved = [_checked_transform(t) for t in (transforms or [None] * len(geometries))]
     pairs = list(zip(geometries, moved))
-    shapes = [brep_shape(as_brep(g), t) for g, t in pairs if type(g).__name__ != "SubD"]
+    shapes = [brep_shape(as_brep(g), t) for g, t in pairs if not (type(g).__name__ == "SubD" or is_rhino_mesh(g))]
     meshes = []
     if shapes:
         joined = join_shapes(shapes, tolerance)
         meshes.append(mesh_brep(joined, edge_target=edge_target, chord=chord, tolerance=tolerance, progress=progress))
-    meshes += [
-        mesh_subd(g, edge_target=edge_target, chord=chord, transform=t) for g, t in pairs if type(g).__name__ == "SubD"
-    ]
+    for geometry, transform in pairs:
+        if type(geometry).__name__ == "SubD":
+            meshes.append(mesh_subd(geometry, edge_target=edge_target, chord=chord, transform=transform))
+        elif is_rhino_mesh(geometry):
+            meshes.append(_plain_mesh(geometry, transform))
     return join_meshes(split_parts(meshes), tolerance=tolerance)
+
+
+def _plain_mesh(mesh: Any, transform: Floats | None) -> MeshedObject:
+    """A Rhino mesh by itself, moved."""
+    moved = np.eye(4) if transform is None else transform
+    vertices = checked_vertices(rhino_vertices(mesh))
+    polygons, _ = checked_faces(RawMesh(vertices, rhino_faces(mesh)))
+    faces, _ = split_faces(vertices, polygons)
+    if np.linalg.det(moved[:3, :3]) < 0:
+        faces = faces[:, [0, 2, 1]]
+    return MeshedObject(vertices @ moved[:3, :3].T + moved[:3, 3], faces, UNTOLD)
 
 
 def as_brep(geometry: Any) -> Any:

@@ -18,7 +18,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.equal_rows import first_equal_point
 from weavecore.reading.mates import find_mates
 from weavecore.reading.orientation import unify_orientation
-from weavecore.reading.rhino_surfaces.meshed import MeshedObject
+from weavecore.reading.rhino_surfaces.meshed import UNTOLD, MeshedObject
 
 _MOST_SHIFT = 0.3
 _NEAREST = 8
@@ -36,8 +36,8 @@ def join_meshes(meshes: Sequence[MeshedObject], *, tolerance: float) -> MeshedOb
     Returns
     -------
     MeshedObject
-        Oriented alike; its border may have fewer vertices than the meshes' had.  ``loops_expected`` is -1: it
-        follows from what was joined.
+        Oriented alike; its border may have fewer vertices than the meshes' had.  ``loops_expected`` is
+        `UNTOLD`: it follows from what was joined.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def join_meshes(meshes: Sequence[MeshedObject], *, tolerance: float) -> MeshedOb
     mates, _ = find_mates(faces, place)
     faces = unify_orientation(points, faces, place, mates, np.arange(len(faces))).apply(faces)
     notes = dict.fromkeys(note for m in meshes for note in m.notes)
-    return MeshedObject(points, faces, -1, max(m.chord_error for m in meshes), tuple(notes))
+    return MeshedObject(points, faces, UNTOLD, max(m.chord_error for m in meshes), tuple(notes))
 
 
 def split_parts(meshes: Sequence[MeshedObject]) -> list[MeshedObject]:
