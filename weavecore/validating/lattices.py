@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.closest import closest_faces
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, Lattice
-from weavecore.validating.nodes import node_normals, places_on_latitudes
+from weavecore.validating.nodes import places_on_latitudes
 from weavecore.validating.report import Finding, count
 
 SHORTEST_EDGE = 1e-3
@@ -19,6 +20,12 @@ FLIPPED_SHARE = 0.002
 
 OFF_LATITUDE = 1e-9
 """Parts of the surface's size by which a node may miss its station on its latitude."""
+
+RINGS_BETWEEN = ("hexagonal", "kagome")
+"""Patterns whose inner rings run between the latitudes."""
+
+RINGS_LEFT_OUT = (*RINGS_BETWEEN, "diagonal")
+"""Patterns that keep the rings on the latitudes along the borders only."""
 
 
 def check_lattice(lattice: Lattice) -> Iterator[Finding]:
@@ -110,41 +117,51 @@ def _check_places(lattice: Lattice) -> Iterator[Finding]:
     off = np.linalg.norm(places_on_latitudes(lattice, on_ring) - lattice.nodes[on_ring], axis=1)
     size = lattice.latitudes.surface.size
     yield Finding("nodes_off_latitudes_of_size", float(off.max(initial=0.0)) / size, OFF_LATITUDE)
-    area = _area_vectors(lattice)
-    face = rows_of(lattice.face_offsets)
-    facing = np.bincount(
-        face, (node_normals(lattice)[lattice.face_nodes] * area[face]).sum(1), minlength=lattice.n_faces
-    )
-    flipped = np.flatnonzero(facing <= 0)
+    middle, area = _middles_and_areas(lattice)
+    surface = lattice.latitudes.surface
+    near, _ = closest_faces(middle, surface.vertices, surface.faces)
+    flipped = np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
     share = len(flipped) / max(1, lattice.n_faces)
     yield Finding("flipped_faces_share", share, FLIPPED_SHARE, tuple(flipped.tolist()), "face")
 
 
-def _area_vectors(lattice: Lattice) -> Floats:
-    """(F, 3) area vector of each face, planar or not."""
+def _middles_and_areas(lattice: Lattice) -> tuple[Floats, Floats]:
+    """Mean of the corners (F, 3) and area vector (F, 3) of each face, planar or not."""
     tail, head = halfedges_of(lattice)
-    begin = lattice.face_offsets[:-1]
     face = rows_of(lattice.face_offsets)
-    origin = lattice.nodes[lattice.face_nodes[begin]][face]
-    cross = np.cross(lattice.nodes[tail] - origin, lattice.nodes[head] - origin) / 2
-    areas: Floats = np.add.reduceat(cross, begin, axis=0) if len(begin) else np.zeros((0, 3))
-    return areas
+    corners = np.maximum(np.diff(lattice.face_offsets), 1)[:, None]
+    middle = _sum_by_face(lattice.nodes[tail], face, lattice.n_faces) / corners
+    cross = np.cross(lattice.nodes[tail] - middle[face], lattice.nodes[head] - middle[face]) / 2
+    return middle, _sum_by_face(cross, face, lattice.n_faces)
+
+
+def _sum_by_face(values: Floats, face: Ints, n_faces: int) -> Floats:
+    sums: Floats = np.stack([np.bincount(face, column, minlength=n_faces) for column in values.T], axis=1)
+    return sums
 
 
 def _check_families(lattice: Lattice) -> Iterator[Finding]:
-    """Rings close on their latitudes, and longitudinal edges bind a child to a parent (§5)."""
+    """Rings close on their latitudes, and longitudinal edges bind a child to a parent (§5).
+
+    In patterns whose rings run between the latitudes, or are left out, that is asked of the borders only.
+    """
     family = lattice.edge_family
     unknown = (family < 0) | (family >= len(FAMILIES))
     yield count("families_unknown", np.flatnonzero(unknown), "edge")
     latitude = lattice.node_latitude[lattice.edges]
-    ring = family == LATITUDINAL
-    astray = ring & ((latitude[:, 0] != latitude[:, 1]) | (latitude[:, 0] < 0))
+    on_one = (latitude[:, 0] == latitude[:, 1]) & (latitude[:, 0] >= 0)
+    ring = (family == LATITUDINAL) & on_one
+    is_between = lattice.pattern in RINGS_BETWEEN
+    astray = (family == LATITUDINAL) & ~on_one & (not is_between)
     yield count("latitudinal_edges_astray", np.flatnonzero(astray), "edge")
+    n = len(lattice.latitudes)
+    n_rings = len(lattice.latitudes.surface.borders) if lattice.pattern in RINGS_LEFT_OUT else n
     degree = np.bincount(lattice.edges[ring].ravel(), minlength=lattice.n_nodes)
-    on_ring = lattice.node_latitude >= 0
-    yield count("rings_open", lattice.node_latitude[on_ring & (degree != 2)], "polyline")
-    per_ring = np.bincount(lattice.node_latitude[on_ring], minlength=len(lattice.latitudes))
+    of_ring = (lattice.node_latitude >= 0) & (lattice.node_latitude < n_rings)
+    yield count("rings_open", lattice.node_latitude[of_ring & (degree != 2)], "polyline")
+    per_ring = np.bincount(lattice.node_latitude[of_ring], minlength=n_rings)
     yield count("rings_too_small", np.flatnonzero(per_ring < 3), "polyline")
-    n, parents = len(lattice.latitudes), lattice.latitudes.parents
+    parents = lattice.latitudes.parents
     bound = np.isin(latitude[:, 0] * n + latitude[:, 1], np.r_[parents @ (n, 1), parents @ (1, n)])
-    yield count("longitudinal_edges_astray", np.flatnonzero((family == LONGITUDINAL) & ~bound), "edge")
+    astray = (family == LONGITUDINAL) & ~bound & (not is_between)
+    yield count("longitudinal_edges_astray", np.flatnonzero(astray), "edge")

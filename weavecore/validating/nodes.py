@@ -1,4 +1,4 @@
-"""Where the nodes of a lattice lie on the latitudes, and where the surface looks there."""
+"""Where the nodes of a lattice lie on the latitudes."""
 
 from __future__ import annotations
 
@@ -18,23 +18,6 @@ def places_on_latitudes(lattice: Lattice, nodes: Ints) -> Floats:
     after = next_in_loop(polylines.offsets)[start]
     places: Floats = polylines.points[start] * (1 - part) + polylines.points[after] * part
     return places
-
-
-def node_normals(lattice: Lattice) -> Floats:
-    """Direction (N, 3), not of unit length, in which the surface looks at each node."""
-    from scipy.spatial import cKDTree
-
-    surface, polylines = lattice.latitudes.surface, lattice.latitudes.polylines
-    normals = np.zeros((lattice.n_nodes, 3))
-    on_ring = np.flatnonzero(lattice.node_latitude >= 0)
-    start = _segments_at(lattice, on_ring)
-    after = next_in_loop(polylines.offsets)[start]
-    normals[on_ring] = surface.face_normals[polylines.face[start]] + surface.face_normals[polylines.face[after]]
-    hubs = np.flatnonzero(lattice.node_latitude < 0)
-    if len(hubs):
-        _, nearest = cKDTree(surface.vertices[surface.faces].mean(1)).query(lattice.nodes[hubs])
-        normals[hubs] = surface.face_normals[nearest]
-    return normals
 
 
 def _segments_at(lattice: Lattice, nodes: Ints) -> Ints:

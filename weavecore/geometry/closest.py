@@ -1,0 +1,87 @@
+"""The closest face of a triangle mesh, exactly, however uneven the mesh."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints
+
+_POINTS_AT_ONCE = 4096
+
+
+def closest_faces(points: Floats, vertices: Floats, faces: Ints) -> tuple[Ints, Floats]:
+    """Find the closest face of each point, and the place on it.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+
+    Returns
+    -------
+    face : (n,) int64
+        Where several are as close, the least.
+    place : (n, 3) float64
+    """
+    from scipy.spatial import cKDTree
+
+    corners = vertices[faces]
+    middle = corners.mean(1)
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(1)
+    # The nearest vertex bounds the distance, so a closest face has its middle no further than
+    # that and its own radius.  Faces of like size are searched together: a few large ones
+    # must not widen the search among the small.
+    size = np.frexp(radius)[1]
+    classes = [np.flatnonzero(size == s) for s in np.unique(size)]
+    trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in classes]
+    used = np.unique(faces)
+    bound = np.asarray(cKDTree(vertices[used]).query(points)[0], np.float64)
+    best = np.zeros(len(points), np.int64)
+    place = np.zeros((len(points), 3))
+    for begin in range(0, len(points), _POINTS_AT_ONCE):
+        block = slice(begin, begin + _POINTS_AT_ONCE)
+        row, face = _candidates(points[block], bound[block], trees)
+        foot = nearest_on_triangles(points[block][row], corners[face])
+        gap = np.linalg.norm(foot - points[block][row], axis=1)
+        order = np.lexsort((face, gap, row))
+        first = order[np.unique(row[order], return_index=True)[1]]
+        best[block], place[block] = face[first], foot[first]
+    return best, place
+
+
+def _candidates(points: Floats, bound: Floats, trees: list[tuple[Ints, Any, float]]) -> tuple[Ints, Ints]:
+    """Pairs (point, face) of which one for each point is the closest."""
+    rows, found = [], []
+    for ids, tree, radius in trees:
+        lists = tree.query_ball_point(points, (bound + radius) * (1 + 1e-9))
+        counts = np.fromiter(map(len, lists), np.int64, len(lists))
+        rows.append(np.repeat(np.arange(len(points)), counts))
+        found.append(ids[np.fromiter(chain.from_iterable(lists), np.int64, int(counts.sum()))])
+    return np.concatenate(rows), np.concatenate(found)
+
+
+def nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
+    """Nearest places (n, 3) of triangles (n, 3, 3), one for each point (n, 3); a triangle may be flat."""
+    a, b, c = (corners[:, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    square = (normal * normal).sum(1)
+    height = np.divide(((points - a) * normal).sum(1), square, out=np.zeros(len(points)), where=square > 0)
+    best = points - normal * height[:, None]
+    inside = square > 0
+    for tail, head in ((a, b), (b, c), (c, a)):
+        inside &= (np.cross(head - tail, best - tail) * normal).sum(1) >= 0
+    gap = np.where(inside, ((best - points) ** 2).sum(1), np.inf)
+    for tail, head in ((a, b), (b, c), (c, a)):
+        along = head - tail
+        square = (along * along).sum(1)
+        part = np.divide(((points - tail) * along).sum(1), square, out=np.zeros(len(points)), where=square > 0)
+        foot = tail + along * np.clip(part, 0, 1)[:, None]
+        distance = ((foot - points) ** 2).sum(1)
+        closer = distance < gap
+        best[closer], gap[closer] = foot[closer], distance[closer]
+    places: Floats = best
+    return places
