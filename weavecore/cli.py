@@ -98,10 +98,10 @@ def _ends_with(ending: str) -> Callable[[Optional[Path]], Optional[Path]]:
 
 
 def _known_pattern(name: str) -> str:
-    from weavecore.linking.patterns import PATTERNS
+    from weavecore.linking.derived import PATTERN_NAMES
 
-    if name not in PATTERNS:
-        raise typer.BadParameter(f"{name!r} is not one of {', '.join(PATTERNS)}")
+    if name not in PATTERN_NAMES:
+        raise typer.BadParameter(f"{name!r} is not one of {', '.join(PATTERN_NAMES)}")
     return name
 
 
@@ -166,7 +166,7 @@ def weave(
         typer.Option(parser=_length, metavar="LENGTH", help="Length of an edge; by default 2/√3 of the spacing."),
     ] = None,
     pattern: Annotated[
-        str, typer.Option(metavar="NAME", callback=_known_pattern, help="triangular or quad.")
+        str, typer.Option(metavar="NAME", callback=_known_pattern, help="triangular, quad, plain, twill, hexagonal, kagome or diagonal.")
     ] = "triangular",
     layer: LayerName = None,
     object_name: ObjectName = None,

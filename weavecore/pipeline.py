@@ -10,7 +10,7 @@ from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
 from weavecore.files import PathLike, check_targets, write_together, write_whole
-from weavecore.linking.link import link_latitudes
+from weavecore.linking.derived import link_pattern
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
@@ -93,7 +93,7 @@ def link(
         Length of an edge that is aimed at, in the model's unit; where it is not given, the one
         that makes the pattern's faces regular at the spacing of the latitudes.
     pattern : str
-        ``"triangular"`` or ``"quad"``.
+        ``"triangular"``, ``"quad"``, ``"plain"``, ``"twill"``, ``"hexagonal"``, ``"kagome"`` or ``"diagonal"``.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -105,7 +105,7 @@ def link(
     ------
     TooMuchWork, Unsupported
     """
-    return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+    return link_pattern(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
 
 
 def weave(
@@ -126,8 +126,8 @@ def weave(
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
-        ``"stacked"``: in layers that rods do not leave; ``"plain"``: over, under, over…  By default
-        what the lattice's pattern is woven in.
+        ``"stacked"``: in layers that rods do not leave; ``"plain"``: over, under, over…;
+        ``"twill 2/2"`` or others: over two, under two.  By default what the lattice's pattern is woven in.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 

@@ -69,9 +69,14 @@ def fit_splines(points: Floats, offsets: Ints, closed: Bools) -> SplineRows:
         # Two visits at one place would make no spline at all.
         chords = np.maximum(chords, 1e-9 * max(float(chords.sum()), np.finfo(float).tiny))
         at = np.concatenate([[0.0], np.cumsum(chords)])
-        spline: Any = make_interp_spline(at, through, k=DEGREE, bc_type="periodic" if is_closed else "natural")
         count = part.stop - part.start
         parameters[part], ends[row] = at[:count], at[-1]
+        if count == 2:
+            derivatives[part] = (through[1] - through[0]) / at[-1]
+            knots.append(np.repeat(at, DEGREE + 1))
+            controls.append(through[0] + (through[1] - through[0]) * (np.arange(DEGREE + 1) / DEGREE)[:, None])
+            continue
+        spline: Any = make_interp_spline(at, through, k=DEGREE, bc_type="periodic" if is_closed else "natural")
         derivatives[part] = spline.derivative()(at[:count])
         knots.append(spline.t)
         controls.append(spline.c)

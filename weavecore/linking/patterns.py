@@ -5,7 +5,7 @@ A pattern is data, not code: a new one is a new entry in `PATTERNS`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,6 +57,9 @@ PATTERNS = {
         Pattern("quad", edge_per_spacing=1.0, child_sits=0.0, count_step=2, count_slack=1.35, has_diagonals=False),
     )
 }
+PATTERNS["plain"] = replace(PATTERNS["quad"], name="plain")
+# Rings of a multiple of four nodes close in a twill of over two, under two.
+PATTERNS["twill"] = replace(PATTERNS["quad"], name="twill", count_step=4)
 
 
 def pattern_named(name: str) -> Pattern:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import LATITUDINAL
 from weavecore.model.strands import Strands
@@ -50,15 +50,18 @@ def sides(joints: Joints, n_visits: int) -> Ints:
     return side
 
 
-def find_conflicts(joints: Joints, strands: Strands, *, is_stacked: bool) -> Ints:
-    """Rows (C, 3) of strand, node and the node before it where a rod does not go on as it should.
+def find_conflicts(strands: Strands, is_broken: Bools) -> Ints:
+    """Rows (C, 3) of strand, node and the node before it, of the steps along the strands that are broken."""
+    before, after = (visits[is_broken] for visits in steps_along(strands))
+    owner = rows_of(strands.offsets)
+    found: Ints = np.stack([owner[before], strands.nodes[after], strands.nodes[before]], axis=1)
+    return found
 
-    In a plain weave it must change sides; in a stack it must not.
-    """
+
+def broken_steps(joints: Joints, strands: Strands, *, changes: bool) -> Bools:
+    """Which steps along the strands do not change sides, as in a plain weave, or do, as in a stack they should not."""
     side = sides(joints, len(strands.nodes))
     before, after = steps_along(strands)
     product = side[before] * side[after]
-    wrong = product < 0 if is_stacked else product > 0
-    owner = rows_of(strands.offsets)
-    found: Ints = np.stack([owner[before], strands.nodes[after], strands.nodes[before]], axis=1)[wrong]
-    return found
+    broken: Bools = product > 0 if changes else product < 0
+    return broken

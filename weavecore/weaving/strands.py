@@ -11,14 +11,16 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Ints, offsets_of
+from weavecore.geometry.matching import ALONE, match_greedily
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.strands import Strands
+from weavecore.weaving.straight import find_straight
 
 MOST_BEND = np.radians(75.0)
 """A rod that would bend more than this at one node ends there; rings always close."""
 
-_NONE = -1
+_NONE = ALONE
 
 
 def find_strands(lattice: Lattice) -> Strands:
@@ -98,8 +100,13 @@ def _followers(lattice: Lattice) -> Ints:
     family = np.repeat(lattice.edge_family, 2)
     one, other = _pairs_of_equals(tail * 3 + family)
     bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
-    allowed = (bend <= MOST_BEND) | (family[one] == LATITUDINAL)
-    partner = _match(one[allowed], other[allowed], bend[allowed], len(tail))
+    straight, on_border = find_straight(lattice)
+    is_straight = straight[one] == other
+    # A rod that comes to a border ends there: it cannot cross what lies beyond.
+    allowed = is_straight | (~on_border[tail[one]] & ((bend <= MOST_BEND) | (family[one] == LATITUDINAL)))
+    # What goes straight across comes before all else.
+    cost = np.where(is_straight, bend - 2.0 * np.pi, bend)
+    partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
     # A dart arrives where its reverse leaves.
     arrival = np.arange(len(tail)) ^ 1
     follower: Ints = partner[arrival]
@@ -115,20 +122,3 @@ def _pairs_of_equals(keys: Ints) -> tuple[Ints, Ints]:
     one = np.repeat(np.arange(len(keys)), behind)
     other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(behind) - behind, behind)
     return order[one], order[other]
-
-
-def _match(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
-    """Partner (n,) of each, cheapest pairs first: the greedy matching, found in rounds."""
-    partner = np.full(n, _NONE, np.int64)
-    order = np.lexsort((other, one, cost))
-    one, other = one[order], other[order]
-    while len(one):
-        rank = np.arange(len(one))
-        best = np.full(n, len(one))
-        np.minimum.at(best, one, rank)
-        np.minimum.at(best, other, rank)
-        both = (best[one] == rank) & (best[other] == rank)
-        partner[one[both]], partner[other[both]] = other[both], one[both]
-        free = (partner[one] == _NONE) & (partner[other] == _NONE)
-        one, other = one[free], other[free]
-    return partner

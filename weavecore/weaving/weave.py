@@ -10,17 +10,14 @@ from weavecore.errors import Unsupported
 from weavecore.model.lattice import Lattice
 from weavecore.model.material import Material
 from weavecore.model.weave import Weave
-from weavecore.weaving.alternating import alternate
 from weavecore.weaving.axes import lay_axes
 from weavecore.weaving.bending import measure_bending
-from weavecore.weaving.joints import find_meetings
 from weavecore.weaving.materials import material_named
 from weavecore.weaving.naming import find_lean, name_strands
-from weavecore.weaving.stacking import find_conflicts, layer_offsets, order_joints, stack
+from weavecore.weaving.ordering import order_rods
+from weavecore.weaving.stacking import layer_offsets
 from weavecore.weaving.strands import find_strands
-
-STACKED, PLAIN = "stacked", "plain"
-OVER_UNDER = (STACKED, PLAIN)
+from weavecore.weaving.styles import STACKED, style_named, usual_style
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -43,8 +40,8 @@ def weave_lattice(
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
-        ``"stacked"``: in layers that rods do not leave; ``"plain"``: over, under, over…
-        By default what the lattice's pattern is woven in.
+        ``"stacked"``: in layers that rods do not leave; ``"plain"``: over, under, over…;
+        ``"twill 2/2"`` or others: over two, under two.  By default what the lattice's pattern is woven in.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -59,18 +56,15 @@ def weave_lattice(
     tell = progress or (lambda _fraction, _label: None)
     if not (np.isfinite(rod_diameter) and rod_diameter > 0):
         raise Unsupported(f"A rod of diameter {rod_diameter:g} is no rod", remedy="Give a positive diameter.")
-    style = over_under or (STACKED if lattice.pattern == "triangular" else PLAIN)
-    if style not in OVER_UNDER:
-        raise Unsupported(f"There is no weave {style!r}", remedy=f"Take one of: {', '.join(OVER_UNDER)}.")
+    style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     tell(0.0, "finding the strands")
     strands = find_strands(lattice)
     lean = find_lean(strands, lattice)
     tell(0.2, "over and under")
-    meetings = find_meetings(strands)
-    wish = stack(strands, lean) if style == STACKED else alternate(strands, meetings)
-    joints = order_joints(strands, meetings, wish)
-    offsets = layer_offsets(joints, strands, rod_diameter, centred_on_rings=style == STACKED)
+    order = order_rods(lattice, strands, lean, style)
+    is_stacked = style.name == STACKED
+    offsets = layer_offsets(order.joints, strands, rod_diameter, centred_on_rings=is_stacked)
     tell(0.4, "bending the rods")
     axes, normals = lay_axes(lattice, strands, offsets)
     bending = measure_bending(axes, rod_diameter=rod_diameter, material=stuff, unit=lattice.latitudes.surface.unit)
@@ -78,12 +72,12 @@ def weave_lattice(
         lattice=lattice,
         strands=strands,
         ids=name_strands(strands, lattice, lean),
-        joints=joints,
+        joints=order.joints,
         axes=axes,
         normals=normals,
         bending=bending,
         rod_diameter=float(rod_diameter),
         material=stuff,
-        over_under=style,
-        conflicts=find_conflicts(joints, strands, is_stacked=style == STACKED),
+        over_under=style.name,
+        conflicts=order.conflicts,
     )

@@ -1,0 +1,62 @@
+"""Kagome: rods through the middles of the edges of a triangular lattice.
+
+Every inner node has two rods, which cross: no three meet.  Each triangle holds a small one,
+and each node an open polygon, a hexagon where the node is regular.  Rods run halfway between the latitudes
+and along both diagonals; over and under alternates on every orientable surface, because the
+faces are of two kinds of which each edge has one on either side.
+On a border the ring of the border stays, and rods end there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from weavecore.geometry.arrays import Ints, next_in_loop
+from weavecore.geometry.fans import NONE, Fans, faces_about_nodes, find_fans
+from weavecore.linking.midpoints import join_places, middles_of_edges, places_of_nodes
+from weavecore.linking.rebuilding import rebuild
+from weavecore.model.lattice import FAMILIES, LATITUDINAL, Lattice
+
+
+def kagome_lattice(lattice: Lattice, pattern: str) -> Lattice:
+    """The kagome of a lattice: its nodes are the middles of the edges, and the nodes of the borders."""
+    fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
+    border = np.flatnonzero(fans.on_border)
+    number = np.full(lattice.n_nodes, NONE, np.int64)
+    number[border] = lattice.n_edges + np.arange(len(border))
+    places = join_places(middles_of_edges(lattice, np.arange(lattice.n_edges)), places_of_nodes(lattice, border))
+    none = np.full(lattice.n_nodes, NONE)
+    outer_offsets, outer = faces_about_nodes(fans, fans.side, none, fans.last_side, number)
+    family = _corner_families(lattice, fans)
+    a, b = fans.side, fans.previous_side
+    halves = np.flatnonzero(fans.n_faces == 1)
+    tails, heads = lattice.edges[halves].T
+    edges = np.concatenate([np.c_[a, b], np.c_[number[tails], halves], np.c_[number[heads], halves]])
+    families = np.concatenate([family, np.full(2 * len(halves), LATITUDINAL)])
+    offsets = np.concatenate([lattice.face_offsets, lattice.face_offsets[-1] + outer_offsets[1:]])
+    return rebuild(lattice, pattern, places, offsets, np.concatenate([fans.side, outer]), edges, families)
+
+
+def _corner_families(lattice: Lattice, fans: Fans) -> Ints:
+    """Family (C,) of the edge that cuts each corner: what most of the edges along its rod run beside.
+
+    The edge that cuts a corner of a triangle runs beside the side opposite.  From the middle
+    of a side a rod goes on from a corner on one end of it to the one at the other end, across.
+    """
+    after = next_in_loop(lattice.face_offsets)
+    beside = lattice.edge_family[fans.side[after]]
+    tail = lattice.face_nodes
+    corner = np.arange(len(tail))
+    # At its side's middle the edge of a corner meets that of the far end's corner in the other face.
+    order = np.lexsort([tail, fans.side])
+    side = fans.side[order]
+    inner = np.flatnonzero(side[1:] == side[:-1])
+    one, other = order[inner], order[inner + 1]
+    links = np.concatenate([np.c_[corner[one], corner[other]], np.c_[after[one], after[other]]])
+    graph = coo_matrix((np.ones(len(links), np.int8), links.T), shape=(len(tail), len(tail)))
+    _, rod = connected_components(graph, directed=False)
+    votes = np.bincount(rod * len(FAMILIES) + beside, minlength=(rod.max() + 1) * len(FAMILIES))
+    family: Ints = votes.reshape(-1, len(FAMILIES)).argmax(1)[rod]
+    return family

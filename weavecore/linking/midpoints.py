@@ -1,0 +1,58 @@
+"""The places of new nodes in the middle of edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.closest import closest_faces
+from weavecore.linking.division import points_at
+from weavecore.model.lattice import LATITUDINAL, Lattice
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Nodes: where they are, and on which latitude."""
+
+    points: Floats
+    latitude: Ints
+    station: Floats
+
+
+def middles_of_edges(lattice: Lattice, edges: Ints) -> Places:
+    """The middle of each of the given edges: halfway along the latitude, or on the surface near the middle."""
+    a, b = lattice.edges[edges].T
+    points = (lattice.nodes[a] + lattice.nodes[b]) / 2.0
+    on_ring = lattice.edge_family[edges] == LATITUDINAL
+    latitude = np.where(on_ring, lattice.node_latitude[a], -1)
+    length = lattice.latitudes.polylines.lengths[lattice.node_latitude[a]]
+    low, high = np.sort([lattice.node_station[a], lattice.node_station[b]], axis=0)
+    middle = (low + high) / 2.0
+    # The edge that closes a ring runs from its last station over the end to its first.
+    middle = np.where(high - low > length / 2.0, (middle + length / 2.0) % length, middle)
+    station = np.where(on_ring, middle, 0.0)
+    points[on_ring] = points_at(lattice.latitudes.polylines, latitude[on_ring], station[on_ring])
+    points[~on_ring] = onto_surface(points[~on_ring], lattice)
+    return Places(points, latitude, station)
+
+
+def join_places(*parts: Places) -> Places:
+    """All places, one part after the other."""
+    return Places(
+        np.concatenate([part.points for part in parts]),
+        np.concatenate([part.latitude for part in parts]),
+        np.concatenate([part.station for part in parts]),
+    )
+
+
+def places_of_nodes(lattice: Lattice, nodes: Ints) -> Places:
+    """The places of nodes of a lattice."""
+    return Places(lattice.nodes[nodes], lattice.node_latitude[nodes], lattice.node_station[nodes])
+
+
+def onto_surface(points: Floats, lattice: Lattice) -> Floats:
+    """The closest points of the lattice's surface."""
+    surface = lattice.latitudes.surface
+    return closest_faces(points, surface.vertices, surface.faces)[1]

@@ -1,0 +1,62 @@
+"""Twill: over m rods, under n, and one step aside from each rod to the next.
+
+Each joint has a phase, which rises by one from joint to joint along every rod, one way or the
+other; a ring is over while the phase modulo m + n is below m.  The two rods on opposite sides of a cell of
+four rise the same way, so that the diagonals of the twill run on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.spanning import spread_sums
+from weavecore.model.lattice import LATITUDINAL, Lattice
+from weavecore.model.strands import Strands
+from weavecore.weaving.alternating import solve_signs, visit_signs, with_wishes
+from weavecore.weaving.joints import Meetings, steps_along
+
+
+def twill(lattice: Lattice, strands: Strands, meetings: Meetings, over: int, under: int) -> tuple[Floats, Bools]:
+    """Wishes (M,) as in a plain weave, and which steps along the strands break the twill.
+
+    The steps are those of `steps_along`.
+    """
+    cycle = over + under
+    rises = _rising_ways(lattice, strands)
+    before, after = steps_along(strands)
+    sign = visit_signs(strands, meetings)
+    tied = (sign[before] != 0) & (sign[after] != 0)
+    a, b = meetings.joint_of_visit[before[tied]], meetings.joint_of_visit[after[tied]]
+    rise = rises[rows_of(strands.offsets)[before[tied]]]
+    apart = a != b
+    phase = spread_sums(a[apart], b[apart], rise[apart], len(meetings.node))
+    is_broken = np.zeros(len(before), bool)
+    is_broken[tied] = (phase[b] - phase[a] - rise) % cycle != 0
+    is_ring = strands.family[rows_of(strands.offsets)] == LATITUDINAL
+    # Of two rods of one kind the first one stands for the ring.
+    joint = meetings.joint_of_visit
+    rings = np.bincount(joint[joint >= 0], is_ring[joint >= 0], minlength=len(meetings.node))
+    leads = np.where(rings[joint] == 1, is_ring, sign > 0)
+    is_over = (phase[joint] % cycle < over) == leads
+    side = np.where(sign != 0, np.where(is_over, 1.0, -1.0), 0.0)
+    return with_wishes(side, strands), is_broken
+
+
+def _rising_ways(lattice: Lattice, strands: Strands) -> Ints:
+    """Sign (S,) of each strand: whether phases rise or fall along it."""
+    before, after = steps_along(strands)
+    a, b = strands.nodes[before], strands.nodes[after]
+    n = np.int64(lattice.n_nodes)
+    keys = lattice.edges[:, 0] * n + lattice.edges[:, 1]
+    order = np.argsort(keys)
+    edge = order[np.searchsorted(keys, np.minimum(a, b) * n + np.maximum(a, b), sorter=order)]
+    strand, way = np.zeros(len(keys), np.int64), np.ones(len(keys), np.int64)
+    strand[edge], way[edge] = rows_of(strands.offsets)[before], np.where(a < b, 1, -1)
+    start = lattice.face_offsets[:-1][np.diff(lattice.face_offsets) == 4]
+    corners = lattice.face_nodes[start[:, None] + np.arange(4)]
+    tail, head = corners, np.roll(corners, -1, axis=1)
+    side = order[np.searchsorted(keys, np.minimum(tail, head) * n + np.maximum(tail, head), sorter=order)]
+    along = way[side] * np.where(tail < head, 1, -1)
+    one, other = strand[side[:, :2]].ravel(), strand[side[:, 2:]].ravel()
+    return solve_signs(one, other, -(along[:, :2] * along[:, 2:]).ravel(), len(strands))
