@@ -1,0 +1,250 @@
+"""Polylines from a field that is known exactly: places, order, orientation, islets."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from flat_fields import distance_at, flat_field, flat_surface, without_directions
+from planar_meshes import circle, plate, rectangle
+from weavecore.errors import SpacingTooLarge, TooMuchWork
+from weavecore.model import SurfaceMesh
+from weavecore.offsetting.field import DistanceField
+from weavecore.offsetting.tracing import trace_latitudes
+from weavecore.tolerances import LEVEL_FROM_VERTEX
+from weavecore.validating import validate
+
+STAR = circle(4.0, n=200) * (1 + 0.3 * np.cos(5 * np.arange(200) * 2 * np.pi / 200))[:, None]
+SHAPES = {
+    "disc": [circle(5.0, n=120)],
+    "annulus": [circle(5.0, n=120), circle(1.5, n=40)],
+    "eccentric": [circle(5.0, n=120), circle(1.5, (1.2, 0.3), 40)],
+    "square": [rectangle(9, 9)],
+    "corner": [np.array([[0, 0], [10, 0], [10, 4], [4, 4], [4, 10], [0, 10.0]])],
+    "star": [STAR],
+    "four holes": [circle(6.0, n=120), *(circle(0.8, c, 24) for c in ((2, 0), (-2, 0.3), (0, 2.5), (0.3, -2.4)))],
+}
+
+
+@cache
+def traced(name):
+    surface = flat_surface(SHAPES[name], 0.3)
+    return surface, trace_latitudes(surface, flat_field(surface), spacing=1.1)
+
+
+def errors_of(latitudes):
+    """How far the points of each traced polyline are from its distance, in spacings."""
+    polylines = latitudes.polylines
+    is_traced = latitudes.generation[polylines.owner] > 0
+    exact, _ = distance_at(latitudes.surface, polylines.points[is_traced])
+    return np.abs(exact - latitudes.distance[polylines.owner[is_traced]]) / latitudes.spacing
+
+
+def assert_holds(latitudes):
+    report = validate(latitudes)
+    assert report.holds, f"\n{report}"
+
+
+def loops_per_generation(latitudes):
+    return np.bincount(latitudes.generation).tolist()
+
+
+def grid(n, m):
+    """A grid of squares of side 1, each halved."""
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(m + 1.0), indexing="ij")
+    i = np.arange(n * (m + 1)).reshape(n, m + 1)[:, :-1].ravel()
+    faces = np.concatenate([np.stack([i, i + m + 1, i + m + 2], 1), np.stack([i, i + m + 2, i + 1], 1)])
+    return SurfaceMesh(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), faces)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_points_lie_at_their_distance_and_all_promises_hold(name):
+    _, latitudes = traced(name)
+    error = errors_of(latitudes)
+    assert error.mean() < 0.003
+    assert np.quantile(error, 0.9) < 0.003
+    assert error.max() < 0.09  # where a neck is cut, a level gives way by twice the least cap
+    assert_holds(latitudes)
+
+
+def test_directions_place_points_ten_times_better_than_distances_alone():
+    surface = flat_surface(SHAPES["square"], 0.4)
+    field = flat_field(surface)
+    error = errors_of(trace_latitudes(surface, field, spacing=1.3))
+    blind = errors_of(trace_latitudes(surface, without_directions(field), spacing=1.3))
+    assert blind.max() > 0.05
+    assert error.max() < 0.1 * blind.max()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_unexplored_side_is_on_the_left(name):
+    surface, latitudes = traced(name)
+    polylines = latitudes.polylines
+    after = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in zip(polylines.offsets, polylines.offsets[1:])])
+    along = polylines.points[after] - polylines.points
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    left = np.cross([0, 0, 1], along / length) * 1e-3
+    middle = (polylines.points + polylines.points[after]) / 2
+    seen = (polylines.owner >= len(surface.borders)) & (length[:, 0] > 0.02)
+    rises = distance_at(surface, (middle + left)[seen])[0] > distance_at(surface, (middle - left)[seen])[0]
+    assert rises.mean() > 0.98
+
+
+def test_borders_come_first_point_for_point():
+    surface, latitudes = traced("four holes")
+    for k, loop in enumerate(surface.borders):
+        assert np.array_equal(latitudes.polylines.polyline(k), surface.vertices[loop])
+    assert (np.diff(latitudes.generation) >= 0).all()
+    assert (latitudes.distance == latitudes.generation * 1.1).all()
+
+
+@pytest.mark.parametrize("rise", [0.05, 0.1, 0.2, 0.4])
+def test_facing_borders_give_one_loop_however_little_the_ridge_rises_above_the_level(rise):
+    surface = flat_surface([rectangle(16, 6 + 2 * rise)], 0.3)
+    latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.0)
+    assert loops_per_generation(latitudes) == [1, 1, 1, 1]
+    assert_holds(latitudes)
+
+
+def test_a_ridge_that_hardly_rises_above_a_level_gets_no_loop():
+    surface = flat_surface([rectangle(16, 6.06)], 0.3)
+    latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.0)
+    assert loops_per_generation(latitudes) == [1, 1, 1]
+    assert_holds(latitudes)
+
+
+@pytest.mark.parametrize("neck", [1.8, 1.95, 2.0, 2.05, 2.1, 2.2])
+def test_polylines_that_face_each_other_in_a_neck_keep_a_gap(neck):
+    left, right = circle(2.4, (-3.2, 0), 80), circle(2.4, (3.2, 0), 80)
+    left, right = left[left[:, 0] < -3.2 + 2.1], right[right[:, 0] > 3.2 - 2.1]
+    order = np.argsort((np.arctan2(left[:, 1], left[:, 0] + 3.2)) % (2 * np.pi))
+    outline = np.concatenate([right, [[0, neck / 2]], left[order], [[0, -neck / 2]]])
+    outline = outline[np.argsort(np.arctan2(outline[:, 1], outline[:, 0]))]
+    surface = flat_surface([outline], 0.25)
+    latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.0)
+    assert_holds(latitudes)
+    first = np.flatnonzero(latitudes.generation == 1)
+    assert len(first) in (1, 2)
+    points = np.concatenate([latitudes.polylines.polyline(p) for p in first])
+    near = points[np.abs(points[:, 0]) < 1.0]
+    # Either two tips face each other along the neck, or the sides of one loop face across it.
+    if len(first) == 2:
+        tips = [latitudes.polylines.polyline(p)[:, 0] for p in first]
+        assert max(t.min() for t in tips) - min(t.max() for t in tips) > 0.04
+    else:
+        assert near[near[:, 1] > 0][:, 1].min() - near[near[:, 1] < 0][:, 1].max() > 0.06
+
+
+def test_noise_leaves_no_islets():
+    surface = flat_surface([circle(5.0, n=120)], 0.25)
+    exact = flat_field(surface)
+    noise = np.random.default_rng(3).uniform(-0.018, 0.018, surface.n_vertices)
+    noise[surface.borders[0]] = 0.0
+    noisy = DistanceField(exact.distance + noise, np.zeros_like(exact.gradient))
+    latitudes = trace_latitudes(surface, noisy, spacing=0.9)
+    assert loops_per_generation(latitudes) == [1] * 6
+    assert_holds(latitudes)
+
+
+def test_a_pit_however_deep_is_filled():
+    surface = flat_surface([circle(5.0, n=120)], 0.3)
+    field = flat_field(surface)
+    distance = field.distance.copy()
+    distance[np.linalg.norm(surface.vertices - [1.0, 0.5, 0], axis=1) < 0.5] = 0.2
+    latitudes = trace_latitudes(surface, DistanceField(distance, field.gradient), spacing=1.1)
+    assert loops_per_generation(latitudes)[:4] == [1, 1, 1, 1]
+    assert_holds(latitudes)
+
+
+def test_a_vertex_at_a_level_counts_as_beyond_it():
+    surface = grid(12, 12)
+    x, y = surface.vertices[:, :2].T
+    field = DistanceField(np.minimum(np.minimum(x, 12 - x), np.minimum(y, 12 - y)), np.zeros((surface.n_vertices, 3)))
+    latitudes = trace_latitudes(surface, field, spacing=2.0)
+    assert loops_per_generation(latitudes) == [1, 1, 1]  # the middle, 6 deep, is a cap of no height
+    assert_holds(latitudes)
+    polylines = latitudes.polylines
+    assert polylines.segment_lengths.min() > 0
+    error = errors_of(latitudes) * 2.0
+    assert error.max() <= LEVEL_FROM_VERTEX * 1.01
+    inside = polylines.points[latitudes.generation[polylines.owner] > 0]
+    assert (distance_at(surface, inside)[0] < np.round(distance_at(surface, inside)[0])).all()
+
+
+def test_rounding_does_not_tear_a_level_through_vertices():
+    surface = grid(30, 30)
+    x, y = surface.vertices[:, :2].T * 0.1
+    distance = np.minimum(np.minimum(x, 3.0 - x), np.minimum(y, 3.0 - y))
+    tenth = SurfaceMesh(surface.vertices * 0.1, surface.faces)
+    latitudes = trace_latitudes(tenth, DistanceField(distance, np.zeros((len(x), 3))), spacing=0.3)
+    assert loops_per_generation(latitudes) == [1] * 5
+    assert_holds(latitudes)
+
+
+def test_an_edge_may_be_crossed_by_many_levels():
+    rim = circle(1.0, n=7)
+    vertices = np.concatenate([[[0, 0, 0]], np.c_[rim, np.zeros(7)]])
+    faces = np.array([[0, 1 + k, 1 + (k + 1) % 7] for k in range(7)])
+    surface = SurfaceMesh(vertices, faces)
+    depth = np.cos(np.pi / 7)
+    field = DistanceField(np.array([depth] + [0] * 7), np.zeros((8, 3)))
+    latitudes = trace_latitudes(surface, field, spacing=depth / 60.5)
+    assert loops_per_generation(latitudes) == [1] * 61
+    assert_holds(latitudes)
+    assert errors_of(latitudes).max() < 1e-9
+
+
+def test_levels_keep_their_order_on_an_edge_with_a_slope_of_nought():
+    rim = circle(1.0, n=7)
+    vertices = np.concatenate([[[0, 0, 0]], np.c_[rim, np.zeros(7)], np.c_[2 * rim, np.zeros(7)]])
+    k, j = np.arange(7), (np.arange(7) + 1) % 7
+    faces = np.concatenate([np.c_[0 * k, 1 + k, 1 + j], np.c_[1 + k, 8 + k, 8 + j], np.c_[1 + k, 8 + j, 1 + j]])
+    surface = SurfaceMesh(vertices, faces)
+    direction = np.zeros((15, 3))
+    direction[0] = [0, 0, 1]  # known, and square to all edges
+    direction[1:8, :2] = -rim
+    field = DistanceField(np.array([2.0] + [1.0] * 7 + [0] * 7), direction)
+    latitudes = trace_latitudes(surface, field, spacing=2 / 60.5)
+    assert loops_per_generation(latitudes) == [1] * 61
+    assert_holds(latitudes)
+
+
+@pytest.mark.parametrize("name", ["eccentric", "corner", "four holes"])
+def test_renumbering_gives_the_same_polylines(name):
+    vertices, faces = plate(SHAPES[name], 0.3, 0.25, np.random.default_rng(1))
+    rng = np.random.default_rng(5)
+    place = rng.permutation(len(vertices))
+    turned = place[faces[rng.permutation(len(faces))]]
+    moved = np.empty_like(vertices)
+    moved[place] = vertices
+    turned = np.take_along_axis(turned, (rng.integers(0, 3, len(turned))[:, None] + np.arange(3)) % 3, 1)
+
+    def polylines(surface):
+        latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.1)
+        return [
+            (generation, frozenset(map(tuple, np.round(latitudes.polylines.polyline(p), 9) + 0.0)))
+            for p, generation in enumerate(latitudes.generation)
+        ]
+
+    here, there = polylines(SurfaceMesh(vertices, faces)), polylines(SurfaceMesh(moved, turned))
+    assert len(here) == len(there)
+    assert set(here) == set(there)
+
+
+def test_the_same_input_gives_the_same_bytes():
+    surface, one = traced("four holes")
+    other = trace_latitudes(surface, flat_field(surface), spacing=1.1)
+    assert one.polylines.points.tobytes() == other.polylines.points.tobytes()
+    assert one.bands.polyline.tobytes() == other.bands.polyline.tobytes()
+
+
+def test_a_spacing_too_large_says_what_would_do():
+    surface = flat_surface([circle(5.0, n=120)], 0.4)
+    with pytest.raises(SpacingTooLarge, match=r"about 4.8. deep.*2\.4 or less"):
+        trace_latitudes(surface, flat_field(surface), spacing=5.0)
+
+
+def test_too_many_points_are_refused_before_they_are_made():
+    surface = flat_surface([circle(5.0, n=120)], 0.4)
+    with pytest.raises(TooMuchWork, match="spacing of"):
+        trace_latitudes(surface, flat_field(surface), spacing=1e-7)
