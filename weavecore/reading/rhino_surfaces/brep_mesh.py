@@ -78,10 +78,11 @@ def _fill_all(
     """Triangulate the faces; where border segments cross, halve them in all faces and try again."""
     patches: dict[int, FacePatch] = {}
     borders: dict[int, FaceBorder] = {}
-    stale = set(range(len(shape.faces)))
+    stale, filled = set(range(len(shape.faces))), set[int]()
     for _ in range(_MOST_BISECTIONS):
-        for done, i in enumerate(sorted(stale)):
-            tell(0.3 + 0.4 * done / len(stale), "Filling faces")
+        for i in sorted(stale):
+            filled.add(i)
+            tell(0.3 + 0.4 * len(filled) / len(shape.faces), "Filling faces")
             borders[i] = face_border(shape.faces[i], vertices)
             patches[i] = fill_face(shape.faces[i], grids[i], sizes[i], borders[i])
         failed = [i for i in sorted(stale) if len(patches[i].missing)]
