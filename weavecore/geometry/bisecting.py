@@ -17,6 +17,7 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
     points : (N, 3) float64
     triangles : (T, 3) int64
     longest : float
+        Not less than the longest edge that stays is taken: others cannot be shorter than half of that.
 
     Returns
     -------
@@ -27,6 +28,10 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
         For each point one of the given ones in the same connected piece; itself if it was given.
     """
     origin = np.arange(len(points))
+    edges, of_side = unique_edges(triangles)
+    stays = np.bincount(of_side.ravel()) == 1
+    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    longest = max(longest, float(length[stays].max(initial=0.0)))
     for _ in range(_MOST_ROUNDS):
         edges = unique_edges(triangles)[0]
         is_long = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1) > longest

@@ -1,0 +1,225 @@
+"""Whole lattices: whatever the surface is, the lattice is one like it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bound_rings import (
+    check_weave,
+    cone_frustum,
+    cylinder,
+    dumbbell,
+    hemisphere,
+    holed_torus,
+    linked,
+    pair_of_pants,
+    sphere,
+    thin_fold,
+    torus,
+)
+from planar_meshes import plate, rectangle
+from weavecore.errors import Unsupported
+from weavecore.linking.link import link_latitudes
+from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, SurfaceMesh
+from weavecore.offsetting.field import DistanceField
+from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.tracing import trace_latitudes
+
+SHAPES = {
+    "hemisphere": (hemisphere, 0.1),
+    "cylinder": (cylinder, 0.3),
+    "cone": (cone_frustum, 0.21),
+    "torus with a hole": (holed_torus, 0.3),
+    "pair of pants": (pair_of_pants, 0.2),
+    "dumbbell": (dumbbell, 0.17),
+    "thin fold": (thin_fold, 0.2),
+}
+
+
+@pytest.mark.parametrize("pattern", ["triangular", "quad"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_lattice_is_a_manifold_like_its_surface(name, pattern):
+    make, spacing = SHAPES[name]
+    linked(make(), spacing, pattern=pattern)
+
+
+@pytest.mark.parametrize("edge_length", [0.05, 0.4, 3.0, 1000.0])
+def test_any_edge_length_gives_a_lattice(edge_length):
+    lattice = linked(pair_of_pants(), 0.25, edge_length=edge_length)
+    counts = np.bincount(lattice.node_latitude[lattice.node_latitude >= 0])
+    wanted = np.maximum(3, np.rint(lattice.latitudes.polylines.lengths / edge_length))
+    np.testing.assert_array_equal(counts, wanted)
+
+
+@pytest.mark.parametrize("spacing", [0.9, 1.3])
+def test_rings_that_are_few_and_far_between_are_linked(spacing):
+    mesh, equator = sphere()
+    linked(mesh, spacing, cuts=(equator,), edge_length=5.0)
+
+
+def test_both_sides_of_a_cut_are_woven():
+    mesh, equator = sphere()
+    lattice = linked(mesh, 0.2, cuts=(equator,))
+    on_cut = np.flatnonzero(lattice.node_latitude == 0)
+    other = np.setxor1d(lattice.edges[np.isin(lattice.edges, on_cut).any(1)], on_cut)
+    assert (lattice.nodes[other, 2] > 0.1).any()
+    assert (lattice.nodes[other, 2] < -0.1).any()
+
+
+def test_a_cut_that_does_not_part_the_surface_is_woven_on_both_sides():
+    mesh = torus()
+    around_the_tube = np.arange(36) * 56
+    lattice = linked(mesh, 0.3, cuts=(around_the_tube,))
+    assert lattice.latitudes.surface.euler_characteristic == 0
+
+
+def test_a_band_that_meets_the_same_cut_from_both_sides_is_woven():
+    # The tube is shorter than two spacings, so one band has the cut on its left and on its right.
+    vertices, faces = torus()
+    border = np.linalg.norm(vertices[faces].mean(1) - [-2.0, 0, 0.8], axis=1) > 0.45
+    used, numbered = np.unique(faces[border], return_inverse=True)
+    place = np.full(len(vertices), -1)
+    place[used] = np.arange(len(used))
+    cut = place[np.arange(36) * 56]
+    surface = SurfaceMesh(vertices[used], numbered.reshape(-1, 3), cuts=(cut,))
+    latitudes = offset_levels(surface, spacing=2.2)
+    first = latitudes.bands.polyline[: latitudes.bands.offsets[1]]
+    assert (np.bincount(first) == 2).any()
+    check_weave(link_latitudes(latitudes))
+
+
+@pytest.mark.parametrize("edge_length", [0.25, 0.6, 4.0])
+def test_a_handle_inside_a_pocket_is_kept(edge_length):
+    measured = offset_levels(SurfaceMesh(*holed_torus()), spacing=0.4)
+    shallow = np.minimum(measured.vertex_distance, 0.7)
+    latitudes = trace_latitudes(measured.surface, DistanceField(shallow, np.zeros((len(shallow), 3))), spacing=0.4)
+    assert latitudes.bands.euler.tolist() == [0, -1]
+    check_weave(link_latitudes(latitudes, edge_length=edge_length))
+
+
+def test_links_do_not_jump_through_the_air_between_two_sheets():
+    lattice = linked(thin_fold(gap=0.06), 0.2)
+    a, b = lattice.nodes[lattice.edges[:, 0]], lattice.nodes[lattice.edges[:, 1]]
+    apart = (a[:, 2] * b[:, 2] < 0) & (np.minimum(a[:, 0], b[:, 0]) > 0.25)
+    # The sheets hang together at the fold only, near x = 0.
+    assert not apart.any()
+
+
+def test_the_first_latitudes_are_the_borders_and_their_corners_are_nodes():
+    lattice = linked(plate([rectangle(3.0, 2.0)], 0.1), 0.15)
+    corners = [[x, y, 0.0] for x in (-1.5, 1.5) for y in (-1.0, 1.0)]
+    nodes = lattice.nodes[lattice.node_latitude == 0]
+    for corner in corners:
+        assert np.linalg.norm(nodes - corner, axis=1).min() < 1e-12
+
+
+def test_a_smooth_shell_is_woven_evenly():
+    lattice = linked(hemisphere(rows=40, columns=100), 0.07)
+    length = lattice.edge_lengths
+    valence = np.bincount(lattice.edges.ravel(), minlength=lattice.n_nodes)
+    inner = lattice.node_latitude != 0
+    assert length.max() <= 1.5 * np.median(length)
+    assert np.mean(valence[inner] == 6) >= 0.93
+    assert least_angles(lattice).min() > np.radians(30)
+
+
+def least_angles(lattice):
+    corners = lattice.nodes[lattice.face_nodes.reshape(-1, 3)]
+    angles = []
+    for k in range(3):
+        u, v = corners[:, k - 2] - corners[:, k], corners[:, k - 1] - corners[:, k]
+        cosine = (u * v).sum(1) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1)
+        angles.append(np.arccos(cosine))
+    return np.min(angles, axis=0)
+
+
+def test_a_straight_tube_has_six_edges_at_every_inner_node():
+    lattice = linked(cylinder(height=3.9), 0.3)
+    valence = np.bincount(lattice.edges.ravel())
+    inner = lattice.latitudes.generation[lattice.node_latitude] > 0
+    assert (valence[inner] == 6).all()
+
+
+def test_a_tube_in_quads_has_no_triangle_but_in_its_pocket():
+    lattice = linked(cylinder(height=3.9), 0.3, pattern="quad")
+    sides = np.diff(lattice.face_offsets)
+    assert np.mean(sides == 4) > 0.99
+
+
+def test_rings_have_even_counts_in_quads():
+    lattice = linked(cone_frustum(), 0.2, pattern="quad")
+    assert (np.bincount(lattice.node_latitude[lattice.node_latitude >= 0]) % 2 == 0).all()
+
+
+def test_fronts_that_meet_head_on_are_bound_by_pocket_edges():
+    lattice = linked(cylinder(), 0.3)
+    generation = lattice.latitudes.generation[lattice.node_latitude]
+    pocket = lattice.edges[lattice.edge_family == POCKET]
+    assert len(pocket) > 0
+    assert (generation[pocket] == generation.max()).all()
+    heights = lattice.nodes[pocket][:, :, 2]
+    assert ((heights < 2.0).any(1) & (heights > 2.0).any(1)).all()
+
+
+def test_a_wide_cap_gets_a_hub_at_its_deepest_place():
+    lattice = linked(hemisphere(), np.pi / 2 / 7.95)
+    hubs = np.flatnonzero(lattice.node_latitude == -1)
+    assert len(hubs) == 1
+    assert np.linalg.norm(lattice.nodes[hubs[0]] - [0, 0, 1]) < 0.05
+
+
+def test_children_are_bound_to_their_parents_also_where_a_front_splits():
+    lattice = linked(dumbbell(), 0.17)
+    bands = lattice.latitudes.bands
+    split = int(np.argmin(bands.euler))
+    children = bands.polyline[bands.offsets[split] : bands.offsets[split + 1]][1:]
+    latitude = lattice.node_latitude[lattice.edges[lattice.edge_family == LONGITUDINAL]]
+    for child in children:
+        assert (latitude == child).any()
+
+
+def test_rings_are_divided_evenly_and_their_edges_are_latitudinal():
+    lattice = linked(hemisphere(), 0.1)
+    for p in range(len(lattice.latitudes)):
+        nodes = lattice.node_latitude == p
+        gaps = np.diff(np.sort(lattice.node_station[nodes]))
+        np.testing.assert_allclose(gaps, gaps[0], rtol=1e-9)
+        assert (lattice.edge_family == LATITUDINAL).sum() == (lattice.node_latitude >= 0).sum()
+
+
+def test_nodes_lie_on_their_polylines():
+    lattice = linked(dumbbell(), 0.17)
+    polylines = lattice.latitudes.polylines
+    for p in range(len(lattice.latitudes)):
+        line = polylines.polyline(p)
+        after = np.roll(line, -1, axis=0)
+        for node in lattice.nodes[lattice.node_latitude == p]:
+            along = np.clip(((node - line) * (after - line)).sum(1) / ((after - line) ** 2).sum(1), 0, 1)
+            assert np.linalg.norm(line + (after - line) * along[:, None] - node, axis=1).min() < 1e-12
+
+
+@pytest.mark.parametrize("edge_length", [0.0, -1.0, float("nan"), float("inf")])
+def test_an_edge_length_that_is_no_length_is_refused(edge_length):
+    latitudes = offset_levels(SurfaceMesh(*cylinder()), spacing=0.5)
+    with pytest.raises(Unsupported, match="positive"):
+        link_latitudes(latitudes, edge_length=edge_length)
+
+
+def test_a_pattern_that_does_not_exist_is_refused_with_those_that_do():
+    latitudes = offset_levels(SurfaceMesh(*cylinder()), spacing=0.5)
+    with pytest.raises(Unsupported, match=r"houndstooth.*triangular"):
+        link_latitudes(latitudes, pattern="houndstooth")
+
+
+def test_progress_rises_and_can_cancel():
+    latitudes = offset_levels(SurfaceMesh(*cylinder()), spacing=0.5)
+    told = []
+    link_latitudes(latitudes, progress=lambda fraction, label: told.append((fraction, label)))
+    assert [f for f, _ in told] == sorted({f for f, _ in told})
+
+    def cancel(fraction, label):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        link_latitudes(latitudes, progress=cancel)

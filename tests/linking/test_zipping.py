@@ -1,0 +1,100 @@
+"""The zip between two rings, on indices alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from weavecore.linking.cells import BandFaces, faces_of_zip
+from weavecore.linking.rings import Zip
+from weavecore.linking.zipping import choose_tips, feet_of_nodes, unroll_feet
+
+
+def evenly(n, m, phase=0.0):
+    """Feet of m equally spaced nodes on a ring of n."""
+    return (np.arange(m) + phase) * (n / m)
+
+
+def zipped(n, m, wanted=None, phases=(0.0,)):
+    feet = np.array([evenly(n, m, p) for p in phases])
+    wanted = np.ones(n, np.int64) if wanted is None else wanted
+    division, tips = choose_tips(feet, n, sits=0.5, wanted=wanted, matters=True)
+    return division, tips, feet[division]
+
+
+@pytest.mark.parametrize(("n", "m"), [(12, 12), (13, 12), (12, 13), (40, 33), (9, 3), (3, 9), (3, 3), (100, 61)])
+def test_a_walk_goes_around_both_rings_once(n, m):
+    _, tips, _ = zipped(n, m)
+    assert len(tips) == n
+    steps = np.diff(np.append(tips, tips[0] + m))
+    assert (steps >= 0).all()
+    assert steps.sum() == m
+    faces = faces_of_zip(Zip(0, 1, True, tips), np.arange(n), n + np.arange(m), has_diagonals=True)
+    assert len(faces) == n + m
+    tail, head, _ = BandFaces(faces, np.zeros(len(faces), np.int64)).sides()
+    sides = sorted(zip(tail.tolist(), head.tolist()))
+    assert len(set(sides)) == len(sides)
+    naked = {(a, b) for a, b in sides if (b, a) not in set(sides)}
+    rings = {(i, (i + 1) % n) for i in range(n)} | {(n + (k + 1) % m, n + k) for k in range(m)}
+    assert naked == rings
+
+
+@pytest.mark.parametrize(("n", "m"), [(12, 12), (13, 12), (12, 14), (9, 4), (4, 9)])
+def test_quads_lie_where_both_rings_advance(n, m):
+    _, tips = choose_tips(evenly(n, m)[None], n, sits=0.0, wanted=np.ones(n, np.int64), matters=True)
+    faces = faces_of_zip(Zip(0, 1, True, tips), np.arange(n), n + np.arange(m), has_diagonals=False)
+    quads = faces[:, 3] >= 0
+    assert quads.sum() <= min(n, m)
+    assert 2 * quads.sum() + (~quads).sum() == n + m
+    if abs(n - m) <= 2:
+        assert quads.sum() == min(n, m)
+
+
+def test_each_tip_is_over_the_middle_of_its_edge_where_counts_agree():
+    _, tips, feet = zipped(24, 24, phases=(0.0, 0.25, 0.5, 0.75))
+    over = feet[tips % 24] + 24 * (tips // 24)
+    np.testing.assert_allclose(over, np.arange(24) + 0.5)
+
+
+def test_nodes_that_have_three_links_above_are_the_ones_to_get_a_single_one_below():
+    wanted = np.ones(40, np.int64)
+    few = np.array([3, 12, 22, 31])
+    wanted[few] = 0
+    _, tips, _ = zipped(40, 36, wanted, phases=np.arange(8) / 8)
+    advance = tips - np.append(tips[-1] - 36, tips[:-1])
+    np.testing.assert_array_equal(np.flatnonzero(advance == 0), few)
+
+
+def test_the_zip_does_not_depend_on_where_the_rings_begin():
+    wanted = np.ones(30, np.int64)
+    wanted[[4, 17]] = 0
+    _, tips, _ = zipped(30, 28, wanted)
+    turned = np.roll(wanted, 9)
+    feet = np.sort((evenly(30, 28) + 9) % 30)
+    shift = np.searchsorted(feet, 9.0 - 1e-9)
+    _, other = choose_tips(feet[None], 30, sits=0.5, wanted=turned, matters=True)
+    back = np.roll(other, -9) - shift
+    np.testing.assert_array_equal(back % 28, tips % 28)
+
+
+def test_feet_that_do_not_go_around_once_cannot_be_unrolled():
+    assert unroll_feet(np.array([0.0, 1.0, 2.0, 1.0]), 12) is None
+    assert unroll_feet(evenly(12, 24), 12) is not None
+
+
+def test_feet_that_run_back_a_long_way_cannot_be_unrolled():
+    feet = evenly(12, 48)
+    feet[20:24] += 3.0
+    assert unroll_feet(feet, 12) is None
+
+
+def test_feet_that_run_back_a_little_are_held():
+    feet = evenly(12, 48)
+    feet[20] += 0.4
+    rising = unroll_feet(feet, 12)
+    assert (np.diff(rising) >= 0).all()
+
+
+def test_feet_of_nodes_lie_between_those_of_the_samples():
+    rising = unroll_feet(evenly(10, 40), 10)
+    np.testing.assert_allclose(feet_of_nodes(rising, 5, np.array([0.0, 0.5]))[1], np.arange(5) * 2 + 1.0)

@@ -1,0 +1,74 @@
+"""Strands: every edge in one rod, and rods that bend little."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from bound_rings import cylinder, dumbbell, hemisphere, linked, pair_of_pants
+from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET
+from weavecore.weaving.strands import MOST_BEND, find_strands
+
+
+def edges_of(strands, s):
+    nodes = strands.strand(s).tolist()
+    pairs = list(zip(nodes, nodes[1:])) + ([(nodes[-1], nodes[0])] if strands.closed[s] else [])
+    return [tuple(sorted(pair)) for pair in pairs]
+
+
+@pytest.mark.parametrize("pattern", ["triangular", "quad"])
+@pytest.mark.parametrize(("make", "spacing"), [(hemisphere, 0.12), (dumbbell, 0.17), (pair_of_pants, 0.2)])
+def test_every_edge_lies_in_one_strand_of_its_family(make, spacing, pattern):
+    lattice = linked(make(), spacing, pattern=pattern)
+    strands = find_strands(lattice)
+    family = dict(zip(map(tuple, lattice.edges.tolist()), lattice.edge_family.tolist()))
+    used = Counter()
+    for s in range(len(strands)):
+        pairs = edges_of(strands, s)
+        used.update(pairs)
+        assert {family[pair] for pair in pairs} == {strands.family[s]}
+    assert used == Counter(family.keys())
+
+
+def test_every_latitude_is_one_closed_strand_in_the_order_of_the_latitudes():
+    lattice = linked(dumbbell(), 0.17)
+    strands = find_strands(lattice)
+    rings = np.flatnonzero(strands.family == LATITUDINAL)
+    assert rings.tolist() == list(range(len(lattice.latitudes)))
+    assert strands.closed[rings].all()
+    for p in rings:
+        nodes = strands.strand(p)
+        np.testing.assert_array_equal(np.sort(nodes), np.flatnonzero(lattice.node_latitude == p))
+        assert (np.diff(lattice.node_station[nodes]) > 0).all()
+
+
+def test_families_come_one_after_the_other():
+    strands = find_strands(linked(dumbbell(), 0.17))
+    assert (np.diff(strands.family) >= 0).all()
+    assert set(strands.family.tolist()) == {LATITUDINAL, LONGITUDINAL, POCKET}
+
+
+def test_rods_other_than_rings_hardly_ever_bend_sharply():
+    lattice = linked(pair_of_pants(), 0.2)
+    strands = find_strands(lattice)
+    bends = []
+    for s in np.flatnonzero(strands.family != LATITUDINAL):
+        along = np.diff(lattice.nodes[strands.strand(s)], axis=0)
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        cosine = (along[1:] * along[:-1]).sum(1)
+        bends += np.arccos(np.clip(cosine, -1, 1)).tolist()
+    assert np.mean(np.array(bends) > MOST_BEND) < 0.01
+    assert np.median(bends) < np.radians(20)
+
+
+def test_the_stakes_of_a_tube_run_from_the_border_to_the_pocket():
+    lattice = linked(cylinder(height=3.9), 0.3)
+    strands = find_strands(lattice)
+    generation = lattice.latitudes.generation[lattice.node_latitude]
+    deepest = generation.max()
+    for s in np.flatnonzero(strands.family == LONGITUDINAL):
+        steps = np.diff(generation[strands.strand(s)])
+        assert (steps == steps[0]).all()
+        assert {generation[strands.strand(s)[0]], generation[strands.strand(s)[-1]]} == {0, deepest}
