@@ -34,7 +34,7 @@ def implicit_surface(
 
 def march(field: Field, low: tuple[float, ...], high: tuple[float, ...], cell: float) -> tuple[Array, Index]:
     """Marching tetrahedra on a grid of cubes; faces counter-clockwise seen from where the field is positive."""
-    counts = [int(np.ceil((b - a) / cell)) + 1 for a, b in zip(low, high)]
+    counts = [int(np.ceil((b - a) / cell)) + 2 for a, b in zip(low, high)]
     axes = [a + cell * (np.arange(n) - 0.37) for a, n in zip(low, counts)]  # off the symmetric planes
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     value = field(grid)

@@ -100,19 +100,20 @@ def six_way_joint(edge: float = 11.0) -> Mesh:
 
 
 def minimal_surface(edge: float = 9.6) -> Mesh:
-    """A gyroid trimmed by a ball of radius 300: two borders, genus 4, a threefold axis.
+    """A gyroid trimmed by a ball of radius 302: two borders, genus 4, a threefold axis.
 
     The level set of the three trigonometric terms is minimal to about 3%; what is left of its
     mean curvature is taken out with the borders held.
     """
-    per_unit = 4.45 / 300.0
+    radius = 302.0
+    per_unit = 4.36 / radius
 
     def gyroid(p: Array) -> Array:
         x, y, z = (p * per_unit + np.pi / 4).T
         return np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
 
     vertices, faces = implicit_surface(
-        gyroid, lambda p: np.linalg.norm(p, axis=1) - 300.0, (-320,) * 3, (320,) * 3, edge
+        gyroid, lambda p: np.linalg.norm(p, axis=1) - radius, (-320,) * 3, (320,) * 3, edge
     )
     return make_minimal(vertices, faces), faces
 
