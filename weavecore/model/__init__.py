@@ -1,6 +1,7 @@
 """The nouns that travel between the stages: frozen values with read-only arrays."""
 
 from weavecore.model.bending import Bending
+from weavecore.model.clashes import Clashes
 from weavecore.model.joints import Joints
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -18,6 +19,7 @@ __all__ = [
     "POCKET",
     "Bands",
     "Bending",
+    "Clashes",
     "Joints",
     "Latitudes",
     "Lattice",

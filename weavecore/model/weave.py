@@ -9,6 +9,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
 from weavecore.model.bending import Bending
+from weavecore.model.clashes import Clashes
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.material import Material
@@ -45,6 +46,9 @@ class Weave:
     conflicts : (C, 3) int64
         What could not be helped: a strand, a node, and the node before it along the strand
         from which the order does not go on as it should.
+    clashes : Clashes
+        Rods that come nearer to each other than they are thick; mostly where they run
+        alongside, or where joints are closer than a few diameters.
     """
 
     lattice: Lattice
@@ -58,6 +62,7 @@ class Weave:
     material: Material
     over_under: str
     conflicts: Ints
+    clashes: Clashes
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ids", tuple(self.ids))

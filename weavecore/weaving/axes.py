@@ -2,49 +2,96 @@
 
 A rod that is held at its joints and free between them takes the shape of a cubic spline.  At a joint
 the rods are shifted along the direction that is normal to all of them, so that the distance of
-their axes is the shift.  As the shift tilts the rods, a few rounds settle it.
+their axes is the shift.  The shifts tilt the rods, which brings them nearer again where they cross
+at a sharp angle; so a few rounds settle the normals, and then the shifts.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
-from weavecore.geometry.splines import fit_splines, sample_curves
+from weavecore.geometry.splines import SplineRows, fit_splines, sample_curves
+from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
+from weavecore.weaving.gaps import gaps_at_joints
+from weavecore.weaving.stacking import layer_offsets
 
-_ROUNDS = 4
+_NORMAL_ROUNDS, _SHIFT_ROUNDS = 3, 5
 _TOWARDS_SURFACE = 0.02
 """How much the normal of the surface counts beside the rods: it decides where these run nearly alongside."""
+
+_MOST_SHIFT = 1.6
+"""Layers are no more than so many diameters apart: rods that then still cut are told as clashes."""
+
+_ENOUGH = 0.005
+"""Gaps are right when they are within this part of a diameter."""
 
 _STEP = 0.25
 """Arc length is summed in steps of this part of an edge."""
 
 
-def lay_axes(lattice: Lattice, strands: Strands, offsets: Floats) -> tuple[RodAxes, Floats]:
-    """Fit the axes of rods shifted by ``offsets`` (M,), and give the normals (N, 3) they were shifted along."""
+def lay_axes(
+    lattice: Lattice, strands: Strands, joints: Joints, rod_diameter: float, *, centred_on_rings: bool
+) -> tuple[RodAxes, Floats]:
+    """Fit the axes of the rods, and give the normals (N, 3) along which they are shifted out of the surface.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    strands : Strands
+    joints : Joints
+    rod_diameter : float
+    centred_on_rings : bool
+        Whether a ring stays on the surface, with the others below and above it; else all layers of a
+        joint lie evenly about it.
+    """
     outward = surface_normals(lattice)
-    normals = outward
+    shifts = np.full(len(joints.contacts), rod_diameter)
+    offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
+    points, rows, normals = _settle(lattice, strands, offsets, outward, outward, _NORMAL_ROUNDS)
+    for _ in range(_SHIFT_ROUNDS):
+        gaps = gaps_at_joints(points, rows, strands, joints, rod_diameter)
+        wrong = np.abs(gaps / rod_diameter - 1.0) > _ENOUGH
+        if not wrong.any():
+            break
+        wanted = shifts * rod_diameter / np.maximum(gaps, rod_diameter / 2.0)
+        shifts = np.where(wrong, np.clip(wanted, rod_diameter, _MOST_SHIFT * rod_diameter), shifts)
+        offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
+        points, rows, normals = _settle(lattice, strands, offsets, normals, outward, 1)
+    return _as_axes(lattice, strands, points, rows, offsets), normals
+
+
+def _settle(
+    lattice: Lattice, strands: Strands, offsets: Floats, normals: Floats, outward: Floats, rounds: int
+) -> tuple[Floats, SplineRows, Floats]:
+    """Points of the visits, the splines through them, and the normals that fit these."""
     nodes = strands.nodes
-    for _ in range(_ROUNDS):
+    for last in range(rounds, -1, -1):
         points = lattice.nodes[nodes] + offsets[:, None] * normals[nodes]
         rows = fit_splines(points, strands.offsets, strands.closed)
-        normals = _common_normals(rows.derivatives, nodes, outward)
-    points = lattice.nodes[nodes] + offsets[:, None] * normals[nodes]
-    rows = fit_splines(points, strands.offsets, strands.closed)
+        if last:
+            normals = _common_normals(rows.derivatives, nodes, outward)
+    return points, rows, normals
+
+
+def _as_axes(lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats) -> RodAxes:
     step = _STEP * min(lattice.edge_length, lattice.latitudes.spacing)
-    samples = sample_curves(
-        points, rows.derivatives, rows.parameters, strands.offsets, strands.closed, rows.ends, step=step
-    )
-    axes = RodAxes(
-        offsets=strands.offsets,
-        closed=strands.closed,
-        points=points,
-        derivatives=rows.derivatives,
-        parameters=rows.parameters,
-        ends=rows.ends,
+    curves: dict[str, Any] = {
+        "offsets": strands.offsets,
+        "closed": strands.closed,
+        "points": points,
+        "derivatives": rows.derivatives,
+        "parameters": rows.parameters,
+        "ends": rows.ends,
+    }
+    samples = sample_curves(**curves, step=step)
+    return RodAxes(
+        **curves,
         knot_offsets=rows.knot_offsets,
         knots=rows.knots,
         control_offsets=rows.control_offsets,
@@ -53,7 +100,6 @@ def lay_axes(lattice: Lattice, strands: Strands, offsets: Floats) -> tuple[RodAx
         lengths=samples.stations[samples.offsets[1:] - 1],
         layer_offsets=offsets,
     )
-    return axes, normals
 
 
 def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:

@@ -25,20 +25,22 @@ def stack(strands: Strands, lean: Ints) -> Floats:
     return (-lean).astype(np.float64)[rows_of(strands.offsets)]
 
 
-def layer_offsets(joints: Joints, strands: Strands, rod_diameter: float, *, centred_on_rings: bool) -> Floats:
-    """How far out of the surface each visit (M,) lies: one diameter from layer to layer.
+def layer_offsets(joints: Joints, strands: Strands, shifts: Floats, *, centred_on_rings: bool) -> Floats:
+    """How far out of the surface each visit (M,) lies, from the shift (C,) between the rods of each contact.
 
     The layers of a joint lie evenly about the surface, or about the ring where there is one and
     that is asked for.
     """
-    height = joints.rank - (np.diff(joints.offsets)[joints.joint] - 1) / 2.0
+    climb = np.zeros(len(joints.visit))
+    climb[joints.contacts[:, 1]] = shifts
+    total = np.cumsum(climb)
+    first, last = joints.offsets[:-1], joints.offsets[1:] - 1
+    middle = (total[first] + total[last]) / 2.0
     if centred_on_rings:
         ring = np.flatnonzero(strands.family[joints.strand] == LATITUDINAL)
-        zero = np.zeros(len(joints))
-        zero[joints.joint[ring]] = height[ring]
-        height = height - zero[joints.joint]
+        middle[joints.joint[ring]] = total[ring]
     offsets = np.zeros(len(strands.nodes))
-    offsets[joints.visit] = height * rod_diameter
+    offsets[joints.visit] = total - middle[joints.joint]
     return offsets
 
 

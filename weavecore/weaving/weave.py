@@ -12,10 +12,10 @@ from weavecore.model.material import Material
 from weavecore.model.weave import Weave
 from weavecore.weaving.axes import lay_axes
 from weavecore.weaving.bending import measure_bending
+from weavecore.weaving.clearance import find_clashes
 from weavecore.weaving.materials import material_named
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.ordering import order_rods
-from weavecore.weaving.stacking import layer_offsets
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.styles import STACKED, style_named, usual_style
 
@@ -63,10 +63,9 @@ def weave_lattice(
     lean = find_lean(strands, lattice)
     tell(0.2, "over and under")
     order = order_rods(lattice, strands, lean, style)
-    is_stacked = style.name == STACKED
-    offsets = layer_offsets(order.joints, strands, rod_diameter, centred_on_rings=is_stacked)
     tell(0.4, "bending the rods")
-    axes, normals = lay_axes(lattice, strands, offsets)
+    axes, normals = lay_axes(lattice, strands, order.joints, rod_diameter, centred_on_rings=style.name == STACKED)
+    tell(0.8, "measuring")
     bending = measure_bending(axes, rod_diameter=rod_diameter, material=stuff, unit=lattice.latitudes.surface.unit)
     return Weave(
         lattice=lattice,
@@ -80,4 +79,5 @@ def weave_lattice(
         material=stuff,
         over_under=style.name,
         conflicts=order.conflicts,
+        clashes=find_clashes(axes, rod_diameter),
     )
