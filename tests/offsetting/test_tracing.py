@@ -9,6 +9,7 @@ from flat_fields import distance_at, flat_field, flat_surface, without_direction
 from planar_meshes import circle, plate, rectangle
 from weavecore.errors import SpacingTooLarge, TooMuchWork
 from weavecore.model import SurfaceMesh
+from weavecore.offsetting.contours import count_levels
 from weavecore.offsetting.field import DistanceField
 from weavecore.offsetting.tracing import trace_latitudes
 from weavecore.tolerances import LEVEL_FROM_VERTEX
@@ -98,43 +99,6 @@ def test_borders_come_first_point_for_point():
     assert (latitudes.distance == latitudes.generation * 1.1).all()
 
 
-@pytest.mark.parametrize("rise", [0.05, 0.1, 0.2, 0.4])
-def test_facing_borders_give_one_loop_however_little_the_ridge_rises_above_the_level(rise):
-    surface = flat_surface([rectangle(16, 6 + 2 * rise)], 0.3)
-    latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.0)
-    assert loops_per_generation(latitudes) == [1, 1, 1, 1]
-    assert_holds(latitudes)
-
-
-def test_a_ridge_that_hardly_rises_above_a_level_gets_no_loop():
-    surface = flat_surface([rectangle(16, 6.06)], 0.3)
-    latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.0)
-    assert loops_per_generation(latitudes) == [1, 1, 1]
-    assert_holds(latitudes)
-
-
-@pytest.mark.parametrize("neck", [1.8, 1.95, 2.0, 2.05, 2.1, 2.2])
-def test_polylines_that_face_each_other_in_a_neck_keep_a_gap(neck):
-    left, right = circle(2.4, (-3.2, 0), 80), circle(2.4, (3.2, 0), 80)
-    left, right = left[left[:, 0] < -3.2 + 2.1], right[right[:, 0] > 3.2 - 2.1]
-    order = np.argsort((np.arctan2(left[:, 1], left[:, 0] + 3.2)) % (2 * np.pi))
-    outline = np.concatenate([right, [[0, neck / 2]], left[order], [[0, -neck / 2]]])
-    outline = outline[np.argsort(np.arctan2(outline[:, 1], outline[:, 0]))]
-    surface = flat_surface([outline], 0.25)
-    latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.0)
-    assert_holds(latitudes)
-    first = np.flatnonzero(latitudes.generation == 1)
-    assert len(first) in (1, 2)
-    points = np.concatenate([latitudes.polylines.polyline(p) for p in first])
-    near = points[np.abs(points[:, 0]) < 1.0]
-    # Either two tips face each other along the neck, or the sides of one loop face across it.
-    if len(first) == 2:
-        tips = [latitudes.polylines.polyline(p)[:, 0] for p in first]
-        assert max(t.min() for t in tips) - min(t.max() for t in tips) > 0.04
-    else:
-        assert near[near[:, 1] > 0][:, 1].min() - near[near[:, 1] < 0][:, 1].max() > 0.06
-
-
 def test_noise_leaves_no_islets():
     surface = flat_surface([circle(5.0, n=120)], 0.25)
     exact = flat_field(surface)
@@ -153,6 +117,19 @@ def test_a_pit_however_deep_is_filled():
     distance[np.linalg.norm(surface.vertices - [1.0, 0.5, 0], axis=1) < 0.5] = 0.2
     latitudes = trace_latitudes(surface, DistanceField(distance, field.gradient), spacing=1.1)
     assert loops_per_generation(latitudes)[:4] == [1, 1, 1, 1]
+    assert_holds(latitudes)
+
+
+def test_a_pit_in_a_pit_is_filled():
+    surface = flat_surface([circle(5.0, n=120)], 0.25)
+    field = flat_field(surface)
+    distance = field.distance.copy()
+    away = np.linalg.norm(surface.vertices, axis=1)
+    distance[away < 1.2] = 2.5
+    distance[away < 0.9] = 1.5
+    distance[away < 0.5] = 0.2
+    latitudes = trace_latitudes(surface, DistanceField(distance, 0 * field.gradient), spacing=1.1)
+    assert loops_per_generation(latitudes) == [1, 1, 1, 1]
     assert_holds(latitudes)
 
 
@@ -181,6 +158,10 @@ def test_rounding_does_not_tear_a_level_through_vertices():
     assert_holds(latitudes)
 
 
+def test_distances_are_compared_with_levels_as_people_would():
+    assert count_levels(np.array([0.3, 0.6, 0.7, 0.2999]), 0.1).tolist() == [3, 6, 7, 2]
+
+
 def test_an_edge_may_be_crossed_by_many_levels():
     rim = circle(1.0, n=7)
     vertices = np.concatenate([[[0, 0, 0]], np.c_[rim, np.zeros(7)]])
@@ -192,21 +173,34 @@ def test_an_edge_may_be_crossed_by_many_levels():
     assert loops_per_generation(latitudes) == [1] * 61
     assert_holds(latitudes)
     assert errors_of(latitudes).max() < 1e-9
+    assert latitudes.bands.euler.tolist() == [0] * 60 + [1]
 
 
-def test_levels_keep_their_order_on_an_edge_with_a_slope_of_nought():
-    rim = circle(1.0, n=7)
-    vertices = np.concatenate([[[0, 0, 0]], np.c_[rim, np.zeros(7)], np.c_[2 * rim, np.zeros(7)]])
-    k, j = np.arange(7), (np.arange(7) + 1) % 7
-    faces = np.concatenate([np.c_[0 * k, 1 + k, 1 + j], np.c_[1 + k, 8 + k, 8 + j], np.c_[1 + k, 8 + j, 1 + j]])
-    surface = SurfaceMesh(vertices, faces)
-    direction = np.zeros((15, 3))
-    direction[0] = [0, 0, 1]  # known, and square to all edges
-    direction[1:8, :2] = -rim
-    field = DistanceField(np.array([2.0] + [1.0] * 7 + [0] * 7), direction)
-    latitudes = trace_latitudes(surface, field, spacing=2 / 60.5)
-    assert loops_per_generation(latitudes) == [1] * 61
-    assert_holds(latitudes)
+def test_a_direction_that_lies_in_the_next_face_around_a_bend_is_turned_into_the_edge():
+    n, n_rings, side = 16, 9, 0.5
+    lean = np.pi / 6 * (-1.0) ** np.arange(n_rings - 1)  # rings zigzag by 60 degrees
+    radius = 2 + side * np.concatenate([[0], np.cumsum(np.sin(lean))])
+    height = side * np.concatenate([[0], np.cumsum(np.cos(lean))])
+    around = np.concatenate([circle(1.0, n=n), np.zeros((n, 1))], axis=1)
+    rings = radius[:, None, None] * around + height[:, None, None] * [0, 0, 1.0]
+    k, j = np.arange(n), (np.arange(n) + 1) % n
+    faces = []
+    for low in range(0, n * (n_rings - 1), n):
+        faces += [np.c_[low + k, low + j, low + n + j], np.c_[low + k, low + n + j, low + n + k]]
+    surface = SurfaceMesh(rings.reshape(-1, 3), np.concatenate(faces))
+    distance = side * np.minimum(np.arange(n_rings), n_rings - 1 - np.arange(n_rings))
+    direction = np.zeros_like(rings)
+    direction[1:4] = (rings[2:5] - rings[1:4]) / side
+    direction[5:8] = (rings[4:7] - rings[5:8]) / side
+    field = DistanceField(np.repeat(distance, n), direction.reshape(-1, 3))
+    polylines = trace_latitudes(surface, field, spacing=0.7).polylines
+    first = polylines.polyline(2)
+    turn = np.arctan2(first[:, 1], first[:, 0]) * n / (2 * np.pi)
+    on_meridian = np.flatnonzero(np.abs(turn - np.round(turn)) < 1e-9)
+    # 0.7 is two fifths of the way from the second ring to the third.
+    z = height[1] + 0.4 * (height[2] - height[1])
+    assert len(on_meridian) == n
+    np.testing.assert_allclose(first[on_meridian, 2], z, atol=1e-3 * side)
 
 
 @pytest.mark.parametrize("name", ["eccentric", "corner", "four holes"])

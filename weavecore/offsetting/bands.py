@@ -106,7 +106,7 @@ def find_bands(sheet: Sheet, regions: Regions, crossings: Crossings, loops: Loop
         is_parent=is_parent[order],
         is_left=is_left[order],
         euler=pieces.euler(sheet, regions)[rank],
-        depth=pieces.depths(np.maximum(sheet.distance, regions.distance), reached)[rank],
+        depth=pieces.depths(sheet.distance, reached)[rank],
     )
 
 

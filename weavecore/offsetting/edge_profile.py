@@ -20,7 +20,7 @@ KINK = 0.25
 """Slopes at both ends that differ by more than this belong to two fronts."""
 _LEAST_FLAT = 0.25
 """A gradient that stands steeper on the surface than this, squared, has lost its direction."""
-_STEPS = 4
+_STEPS = 6
 
 
 def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spacing: float) -> Floats:
@@ -45,7 +45,7 @@ def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spa
     start[unknown] = end[unknown] = 1.0
     length = np.sqrt(np.einsum("ij,ij->i", along, along))
     is_kink = (start - end) * rise > KINK * length
-    part = np.where(is_kink & is_start & is_end, _meet(height, start, end), _cubic(height, start, end))
+    part = np.where(is_kink & is_start & is_end, invert_kink(height, start, end), invert_cubic(height, start, end))
     return 1.0 - _kept_apart(part, regions.band, crossings)
 
 
@@ -66,7 +66,7 @@ def slope_along(gradient: Floats, along: Floats, normal: Floats) -> tuple[Floats
     return rise, (gradient != 0).any(1) & (flat > _LEAST_FLAT)
 
 
-def _cubic(height: Floats, start: Floats, end: Floats) -> Floats:
+def invert_cubic(height: Floats, start: Floats, end: Floats) -> Floats:
     """Where the monotone cubic from (0, 0) to (1, 1) with the given end slopes reaches a height."""
     start, end = np.clip(start, 0.0, 3.0), np.clip(end, 0.0, 3.0)
     a, b = start + end - 2.0, 3.0 - 2.0 * start - end
@@ -81,7 +81,7 @@ def _cubic(height: Floats, start: Floats, end: Floats) -> Floats:
     return part
 
 
-def _meet(height: Floats, start: Floats, end: Floats) -> Floats:
+def invert_kink(height: Floats, start: Floats, end: Floats) -> Floats:
     """Where the lesser of the two straight continuations reaches a height."""
     from_start = height / np.maximum(start, 1.0)
     from_end = 1.0 - np.divide(1.0 - height, end, out=np.ones_like(height), where=end > 0)
