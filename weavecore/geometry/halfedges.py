@@ -42,7 +42,7 @@ def find_twins(faces: Ints, n_vertices: int) -> Ints:
     """
     tail, head = halfedge_ends(faces)
     key = np.minimum(tail, head) * np.int64(n_vertices) + np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
+    order = np.argsort(key)  # which of two equal keys comes first does not matter
     key = key[order]
     same = key[1:] == key[:-1]
     triple = same[1:] & same[:-1]

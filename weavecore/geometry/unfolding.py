@@ -97,26 +97,24 @@ def _leave(
     frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
     """Where a line from inside a face leaves it: halfedge of the face, length, place on it, direction in its frame."""
-    length = frames.length[halfedge]
+    length, apex_x, apex_y = frames.length[halfedge], frames.apex_x[halfedge], frames.apex_y[halfedge]
     nx, ny = frames.next_x[halfedge], frames.next_y[halfedge]
     qx, qy = frames.previous_x[halfedge], frames.previous_y[halfedge]
+    to_next, to_previous = ux * ny - uy * nx, ux * qy - uy * qx
     with np.errstate(divide="ignore", invalid="ignore"):
-        reach = np.stack(
-            [
-                np.where(uy < 0, -py / uy, np.inf),
-                np.where(ux * ny > uy * nx, ((length - px) * ny + py * nx) / (ux * ny - uy * nx), np.inf),
-                np.where(ux * qy > uy * qx, (py * qx - px * qy) / (ux * qy - uy * qx), np.inf),
-            ]
-        )
-    reach = np.maximum(reach, 0)
-    which = np.argmin(reach, axis=0)
-    far = reach[which, np.arange(len(which))]
-    choices = (which == 0, which == 1)
-    edge = np.select(choices, (halfedge, frames.next[halfedge]), frames.previous[halfedge])
-    cx, cy = np.select(choices, (1.0, nx), qx), np.select(choices, (0.0, ny), qy)
-    ox = np.select(choices, (0.0, length), frames.apex_x[halfedge])
-    oy = np.where(which == 2, frames.apex_y[halfedge], 0.0)
-    along = (px + far * ux - ox) * cx + (py + far * uy - oy) * cy
+        far = np.where(uy < 0, -py / uy, np.inf)
+        far_next = np.where(to_next > 0, ((length - px) * ny + py * nx) / to_next, np.inf)
+        far_previous = np.where(to_previous > 0, (py * qx - px * qy) / to_previous, np.inf)
+    by_next = far_next < far
+    far = np.where(by_next, far_next, far)
+    by_previous = far_previous < far
+    far = np.maximum(np.where(by_previous, far_previous, far), 0)
+    by_next &= ~by_previous
+    edge = np.where(by_previous, frames.previous[halfedge], np.where(by_next, frames.next[halfedge], halfedge))
+    cx = np.where(by_previous, qx, np.where(by_next, nx, 1.0))
+    cy = np.where(by_previous, qy, np.where(by_next, ny, 0.0))
+    ox = np.where(by_previous, apex_x, np.where(by_next, length, 0.0))
+    along = (px + far * ux - ox) * cx + (py + far * uy - np.where(by_previous, apex_y, 0.0)) * cy
     size = frames.length[edge]
     along = np.clip(along, _INSIDE_EDGE * size, (1 - _INSIDE_EDGE) * size)
     return edge, far, along, ux * cx + uy * cy, uy * cx - ux * cy

@@ -139,7 +139,7 @@ class Lag:
 
     def __init__(self, frames: Unfolding) -> None:
         corners = frames.faces.ravel()
-        self._corner = np.argsort(corners, kind="stable")
+        self._corner = np.argsort(corners)
         self._offsets = np.searchsorted(corners[self._corner], np.arange(len(frames.vertices) + 1))
         self._waiting = np.zeros(0, np.int64)
 

@@ -23,7 +23,7 @@ from weavecore.offsetting.settling import settle
 
 Progress = Optional[Callable[[float, str], None]]
 
-STRIDE = 2.0  # median edge lengths between two looks at the front
+STRIDE = 3.0  # median edge lengths between two looks at the front
 
 
 def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> DistanceField:
