@@ -100,3 +100,13 @@ def test_records_that_name_what_is_not_there_are_refused(monkeypatch):
     monkeypatch.setattr(shapes, "read_brep_archive", with_a_wrong_loop)
     with pytest.raises(Unreadable, match="does not have"):
         brep_shape(make.can())
+
+
+def test_parts_that_are_missing_or_out_of_order_make_a_brep_unreadable(monkeypatch):
+    brep = make.can()
+    for damage in (lambda _: None, lambda knots: knots[::-1], lambda knots: knots[:-1]):
+        with monkeypatch.context() as patched:
+            plain = shapes._padded
+            patched.setattr(shapes, "_padded", lambda knots, n, p, d=damage, f=plain: f(d(knots), n, p))
+            with pytest.raises(Unreadable):
+                brep_shape(brep)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from weavecore.errors import NonFinite, Unreadable, Unsupported
+from weavecore.errors import NonFinite, Unreadable, Unsupported, WeaveError
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.nurbs import NurbsCurve, NurbsSurface, curve_points, surface_points
 from weavecore.reading.rhino_surfaces.archive import (
@@ -65,6 +65,16 @@ class BrepShape:
 
 def brep_shape(brep: Any, transform: Floats | None = None) -> BrepShape:
     """Read a ``rhino3dm.Brep`` into arrays, moved by a (4, 4) transform where one is given."""
+    try:
+        return _brep_shape(brep, transform)
+    except (TypeError, AttributeError, IndexError, RuntimeError) as error:
+        if isinstance(error, WeaveError):
+            raise
+        # Parts that are damaged come as None from rhino3dm, or not at all.
+        raise _damaged(f"A part of a Brep is missing ({error})") from error
+
+
+def _brep_shape(brep: Any, transform: Floats | None) -> BrepShape:
     archive = read_brep_archive(brep.Encode())
     _check_indices(archive, len(brep.Vertices), len(brep.Edges), len(brep.Faces))
     moved = np.eye(4) if transform is None else np.asarray(transform, np.float64)
@@ -82,6 +92,10 @@ def brep_shape(brep: Any, transform: Floats | None = None) -> BrepShape:
     )
 
 
+def _damaged(what: str) -> Unreadable:
+    return Unreadable(what, remedy="Repair the object in Rhino (SelBadObjects).")
+
+
 def _check_indices(archive: BrepArchive, n_vertices: int, n_edges: int, n_faces: int) -> None:
     trims, loops = archive.trims, archive.loops
     fits = (
@@ -94,16 +108,17 @@ def _check_indices(archive: BrepArchive, n_vertices: int, n_edges: int, n_faces:
         and all(0 <= v < n_vertices for t in trims for v in t.vertices)
     )
     if not fits:
-        raise Unreadable("A Brep names parts that it does not have", remedy="Repair it in Rhino (SelBadObjects).")
+        raise _damaged("A Brep names parts that it does not have")
 
 
 def nurbs_curve(curve: Any, transform: Floats | None = None) -> NurbsCurve:
     """The NURBS form of a ``rhino3dm.Curve`` as arrays; a 2D curve keeps z = 0."""
     form = curve.ToNurbsCurve()
     if form is None:
-        raise Unreadable("A curve has no NURBS form", remedy="Repair the object in Rhino (SelBadObjects).")
+        raise _damaged("A curve has no NURBS form")
     points = np.array([(p.X, p.Y, p.Z, p.W) for p in form.Points], np.float64)
-    return NurbsCurve(form.Degree, _padded(list(form.Knots)), _moved(_checked(points), transform))
+    knots = _padded(list(form.Knots), len(points), form.Degree)
+    return NurbsCurve(form.Degree, knots, _moved(_checked(points), transform))
 
 
 def nurbs_surface(surface: Any, transform: Floats | None = None) -> NurbsSurface:
@@ -114,14 +129,20 @@ def nurbs_surface(surface: Any, transform: Floats | None = None) -> NurbsSurface
     grid = form.Points
     rows = [[grid.GetControlPoint(i, j) for j in range(grid.CountV)] for i in range(grid.CountU)]
     points = np.array([[(p.X, p.Y, p.Z, p.W) for p in row] for row in rows], np.float64)
-    knots = _padded(form.KnotsU.ToList()), _padded(form.KnotsV.ToList())
-    return NurbsSurface((form.Degree(0), form.Degree(1)), knots, _moved(_checked(points), transform))
+    degrees = form.Degree(0), form.Degree(1)
+    given = form.KnotsU.ToList(), form.KnotsV.ToList()
+    knots = _padded(given[0], grid.CountU, degrees[0]), _padded(given[1], grid.CountV, degrees[1])
+    return NurbsSurface(degrees, knots, _moved(_checked(points), transform))
 
 
-def _padded(knots: Any) -> Floats:
+def _padded(knots: Any, n_points: int, degree: int) -> Floats:
     """Restore the end knots: openNURBS leaves out the first and the last knot, which no point depends on."""
     inner = np.asarray(knots, np.float64)
-    return np.concatenate([inner[:1], inner, inner[-1:]])
+    padded = np.concatenate([inner[:1], inner, inner[-1:]])
+    rising = len(padded) == n_points + degree + 1 and np.isfinite(padded).all() and (np.diff(padded) >= 0).all()
+    if degree < 1 or n_points <= degree or not rising or not padded[degree] < padded[n_points]:
+        raise _damaged("A curve or surface has knots that are out of order")
+    return padded
 
 
 def _checked(points: Floats) -> Floats:

@@ -24,6 +24,8 @@ CHORD_SHARE = 1e-3
 """Chord error allowed, as a part of the size (the diagonal of the box about the surface)."""
 
 _EDGE_SHARE = 1 / 50
+# Whatever is asked for, a mesh must have enough triangles to be the surface: a sphere of four is none.
+_MOST_EDGE_SHARE, _MOST_CHORD_SHARE = 1 / 4, 0.02
 _CHORD_FACTOR = 3.5
 _ANGLE = 0.6
 _LEAST_IN_CHORDS = 4.0
@@ -52,7 +54,8 @@ def size_limits(
     extent = float(np.linalg.norm(np.ptp(cloud, axis=0)))
     if not extent > 0:
         raise Degenerate("The surface has no extent", remedy="Give a surface that has an area.")
-    return SizeLimits(edge_target or _EDGE_SHARE * extent, chord or CHORD_SHARE * extent, extent)
+    edge = min(edge_target or _EDGE_SHARE * extent, _MOST_EDGE_SHARE * extent)
+    return SizeLimits(edge, min(chord or CHORD_SHARE * extent, _MOST_CHORD_SHARE * extent), extent)
 
 
 def size_by_curvature(curvature: Floats, limits: SizeLimits) -> Floats:
