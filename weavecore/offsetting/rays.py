@@ -164,7 +164,7 @@ def _around_blockers(
     less the excess angle, which lets paths pass on the blocker's other side (Mitchell, Mount and
     Papadimitriou 1987: a saddle is a source of its own for what lies in its shadow).
     """
-    blocked = np.isfinite(np.where(is_left, rays.left[SIDE], rays.right[SIDE]))
+    blocked: Bools = np.isfinite(np.where(is_left, rays.left[SIDE], rays.right[SIDE]))
     if not blocked.any():
         return blocked
     k = np.where(np.isinf(rays.curvature), 0.0, rays.curvature)
