@@ -18,6 +18,9 @@ _LATITUDES = np.array(
 )
 LONGITUDES = (201, 122, 43)
 POCKETS = (196, 38, 74)
+WOVEN = {"L": (40, 72, 146), "A": (201, 122, 43), "B": (226, 176, 88), "P": POCKETS}
+"""The rods of a weave by the letter of their names."""
+
 NODES = (60, 60, 66)
 SURFACE = (226, 220, 208)
 
@@ -28,4 +31,16 @@ def latitude_colours(generation: ArrayLike, n_generations: int) -> NDArray[Any]:
     low = np.clip(position.astype(int), 0, len(_LATITUDES) - 2)
     part = (position - low)[..., None]
     colours: NDArray[Any] = np.rint(_LATITUDES[low] * (1 - part) + _LATITUDES[low + 1] * part).astype(int)
+    return colours
+
+
+_UTILISATIONS = np.array([(58, 110, 165), (120, 170, 120), (232, 190, 70), (222, 120, 50), (186, 30, 50)], float)
+
+
+def utilisation_colours(utilisation: ArrayLike) -> NDArray[Any]:
+    """Colours (n, 3) in 0…255: blue for a straight rod over yellow at half to red at 1, and red beyond."""
+    position = np.clip(np.asarray(utilisation, float), 0.0, 1.0) * (len(_UTILISATIONS) - 1)
+    low = np.clip(position.astype(int), 0, len(_UTILISATIONS) - 2)
+    part = (position - low)[..., None]
+    colours: NDArray[Any] = np.rint(_UTILISATIONS[low] * (1 - part) + _UTILISATIONS[low + 1] * part).astype(int)
     return colours

@@ -17,7 +17,7 @@ from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
 from weavecore.reading import inspect_file, read_surface, surface_from
 from weavecore.validating import validate
 from weavecore.viewing.picture import encode_picture
-from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface
+from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface, describe_weave
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice
 
@@ -154,11 +154,11 @@ def export(
     """Write a stage's result by the ending of ``path``, whole or not at all.
 
     ``.3dm`` and ``.json`` hold every result, with the strands of a lattice; ``.obj``, ``.ply``, ``.off``
-    and ``.stl`` hold the faces of a surface or a lattice; ``.png`` is a picture of it.
+    and ``.stl`` hold the faces of a surface or a lattice, and the rods of a weave as pipes; ``.png`` is a picture.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes or Lattice
+    value : SurfaceMesh, Latitudes, Lattice or Weave
     path : path
     overwrite : bool
         Whether a file that is there already is replaced.
@@ -221,7 +221,7 @@ def draw_picture(
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes or Lattice
+    value : SurfaceMesh, Latitudes, Lattice or Weave
     path : path
         Ends with ``.png``.
     size : (int, int)
@@ -248,7 +248,9 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
         return describe_surface(value)
     if isinstance(value, Latitudes):
         return describe(value.surface) + describe_latitudes(value)
-    return describe(value.latitudes) + describe_lattice(value, find_strands(value))
+    if isinstance(value, Lattice):
+        return describe(value.latitudes) + describe_lattice(value, find_strands(value))
+    return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)
 
 
 def _is_picture(path: PathLike) -> bool:

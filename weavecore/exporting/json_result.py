@@ -10,6 +10,7 @@ import json
 from typing import Any
 
 from weavecore.exporting.product import Product, strand_lengths
+from weavecore.exporting.woven import crossing_entries, joint_entries, rod_entries, weave_entry
 from weavecore.model import FAMILIES, Latitudes, Lattice, Strands, SurfaceMesh
 
 
@@ -35,6 +36,12 @@ def encode_json(product: Product) -> bytes:
         document["lattice"] = _lattice(product.lattice)
         if product.strands is not None:
             document["strands"] = _strands(product.strands, product.lattice)
+    if product.weave is not None:
+        rows = zip(document["strands"], product.weave.ids, rod_entries(product.weave))
+        document["strands"] = [{**strand, "id": name, **rod} for strand, name, rod in rows]
+        document["crossings"] = crossing_entries(product.weave)
+        document["joints"] = joint_entries(product.weave)
+        document["weave"] = weave_entry(product.weave)
     # Ten megabytes a second slower with an indent, which also leaves the C encoder unused.
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 

@@ -7,28 +7,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.exporting.polygons import Polygons, coordinate_lines, polygons_of
+from weavecore.exporting.polygons import Polygons, coordinate_lines
 from weavecore.exporting.product import Product
+from weavecore.exporting.rod_solids import faces_to_write
 from weavecore.geometry.polygons import fan_triangles
 
 
 def encode_obj(product: Product) -> bytes:
     """Wavefront OBJ: text, every bit of the coordinates kept."""
-    mesh = polygons_of(product, ".obj")
+    mesh = faces_to_write(product, ".obj")
     lines = coordinate_lines(mesh.points, "v ") + [f"f {row}" for row in mesh.rows(" ", first=1)]
     return _text([f"# weavecore, unit: {product.surface.unit}", *lines])
 
 
 def encode_off(product: Product) -> bytes:
     """Object File Format: text, every bit of the coordinates kept."""
-    mesh = polygons_of(product, ".off")
+    mesh = faces_to_write(product, ".off")
     faces = [f"{sides} {row}" for sides, row in zip(np.diff(mesh.offsets).tolist(), mesh.rows(" "))]
     return _text(["OFF", f"{len(mesh.points)} {mesh.n_faces} 0", *coordinate_lines(mesh.points), *faces])
 
 
 def encode_ply(product: Product) -> bytes:
     """Polygon File Format: binary, little-endian, double precision."""
-    mesh = polygons_of(product, ".ply")
+    mesh = faces_to_write(product, ".ply")
     header = [
         "ply",
         "format binary_little_endian 1.0",
@@ -46,7 +47,7 @@ def encode_ply(product: Product) -> bytes:
 
 def encode_stl(product: Product) -> bytes:
     """Binary STL: triangles with their normals, single precision, no unit."""
-    mesh: Polygons = polygons_of(product, ".stl")
+    mesh: Polygons = faces_to_write(product, ".stl")
     corners = mesh.points[fan_triangles(mesh.offsets, mesh.corners)[0]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)

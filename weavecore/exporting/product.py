@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from weavecore.geometry.arrays import Floats, next_in_loop, rows_of
-from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh
+from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 
-StageValue = Union[SurfaceMesh, Latitudes, Lattice]
+StageValue = Union[SurfaceMesh, Latitudes, Lattice, Weave]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +26,7 @@ class Product:
     lattice : Lattice, optional
     strands : Strands, optional
         The rods of the lattice.
+    weave : Weave, optional
     parameters : mapping
         The options that led to it: plain numbers, texts and lists of them.
     """
@@ -34,6 +35,7 @@ class Product:
     latitudes: Optional[Latitudes] = None
     lattice: Optional[Lattice] = None
     strands: Optional[Strands] = None
+    weave: Optional[Weave] = None
     parameters: Mapping[str, object] = field(default_factory=dict)
 
 
@@ -47,12 +49,15 @@ def product_of(
     known: dict[str, object] = dict(parameters or {})
     if isinstance(value, SurfaceMesh):
         return Product(value, parameters=known)
+    if isinstance(value, Weave):
+        known.update(rod_diameter=value.rod_diameter, material=value.material.name, over_under=value.over_under)
+        return replace(product_of(value.lattice, strands=value.strands, parameters=known), weave=value)
     latitudes = value if isinstance(value, Latitudes) else value.latitudes
     known["spacing"] = latitudes.spacing
     if isinstance(value, Latitudes):
         return Product(latitudes.surface, latitudes, parameters=known)
     known["edge_length"], known["pattern"] = value.edge_length, value.pattern
-    return Product(latitudes.surface, latitudes, value, strands, known)
+    return Product(latitudes.surface, latitudes, value, strands, parameters=known)
 
 
 def strand_lengths(strands: Strands, lattice: Lattice) -> Floats:

@@ -72,6 +72,25 @@ class Document:
         list(map(polyline.Add, *points.T.tolist()))
         self._expect(self._file.Objects.AddPolyline, polyline, layer, name, texts)
 
+    def add_curve(
+        self,
+        knots: Floats,
+        controls: Floats,
+        layer: int,
+        name: str,
+        texts: Mapping[str, object],
+        colour: tuple[int, int, int],
+    ) -> None:
+        """Add a B-spline in a colour of its own, from knots (n + degree + 1,) in full form and control points (n, 3)."""
+        order = len(knots) - len(controls)
+        curve = self._rhino.NurbsCurve(3, False, order, len(controls))
+        # Rhino's knots go without the first and the last one.
+        for i, knot in enumerate(knots[1:-1].tolist()):
+            curve.Knots[i] = knot
+        for i, (x, y, z) in enumerate(controls.tolist()):
+            curve.Points[i] = self._rhino.Point4d(x, y, z, 1.0)
+        self._expect(self._file.Objects.AddCurve, curve, layer, name, texts, colour)
+
     def add_points(self, points: Floats, layer: int, name: str, texts: Mapping[str, object]) -> None:
         """Add points (n, 3) as one cloud, in their order."""
         cloud = self._rhino.PointCloud(list(map(self._rhino.Point3d, *points.T.tolist())))
@@ -98,11 +117,22 @@ class Document:
     def _id(self, name: str) -> uuid.UUID:
         return uuid.uuid5(self._seed, name)
 
-    def _expect(self, add: Any, geometry: Any, layer: int, name: str, texts: Mapping[str, object]) -> None:
+    def _expect(
+        self,
+        add: Any,
+        geometry: Any,
+        layer: int,
+        name: str,
+        texts: Mapping[str, object],
+        colour: tuple[int, int, int] | None = None,
+    ) -> None:
         """Add an object and see that it was taken: rhino3dm says nothing when it was not."""
         attributes = self._rhino.ObjectAttributes()
         attributes.LayerIndex, attributes.Name = layer, name
         attributes.Id = self._id(f"object {layer} {name}")
+        if colour is not None:
+            attributes.ObjectColor = (*colour, 255)
+            attributes.ColorSource = self._rhino.ObjectColorSource.ColorFromObject
         for key, text in texts.items():
             attributes.SetUserString(key, str(text))
         if add(geometry, attributes) != attributes.Id:

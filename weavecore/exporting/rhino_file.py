@@ -2,7 +2,8 @@
 
 Layers: ``weave::latitudes::00`` and on by generation; ``weave::longitudes::00`` and on by the
 generation at which a strand begins; ``weave::pockets``; ``weave::nodes``; ``weave::lattice``.
-A surface alone lies on ``weave::surface``.  Layers carry the colours, objects follow them.
+Of a weave, ``weave::rods::`` and a family have the axes of the rods instead of the strands, coloured by
+how much they are bent.  A surface alone lies on ``weave::surface``.  Layers carry the colours, objects follow them.
 Closed polylines repeat their first point, as Rhino's do.
 """
 
@@ -15,6 +16,7 @@ import numpy as np
 from weavecore.exporting.polygons import polygons_of
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.exporting.rhino_document import Document
+from weavecore.exporting.woven import add_rods
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model import FAMILIES, LATITUDINAL, LONGITUDINAL, Latitudes, Lattice, Strands
 from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours
@@ -34,7 +36,9 @@ def encode_3dm(product: Product) -> bytes:
         return document.encode()
     _add_latitudes(document, product.latitudes)
     if product.lattice is not None:
-        if product.strands is not None:
+        if product.weave is not None:
+            add_rods(document, product.weave)
+        elif product.strands is not None:
             _add_strands(document, product.strands, product.lattice)
         texts = {"pattern": product.lattice.pattern, "edge_length": product.lattice.edge_length}
         document.add_points(product.lattice.nodes, document.layer("weave::nodes", NODES), "nodes", texts)
@@ -49,6 +53,8 @@ def _fingerprint(product: Product) -> str:
         digest.update(product.latitudes.polylines.points.tobytes())
     if product.lattice is not None:
         digest.update(product.lattice.nodes.tobytes())
+    if product.weave is not None:
+        digest.update(product.weave.axes.points.tobytes())
     return digest.hexdigest()
 
 

@@ -58,7 +58,7 @@ def draw_pixels(
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes or Lattice
+    value : SurfaceMesh, Latitudes, Lattice or Weave
     size : (int, int)
         Width and height in pixels.
     view : (3,) array_like, optional
@@ -91,6 +91,7 @@ def draw_pixels(
 def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours) -> Buffer:
     """Colour the samples in which the surface is seen; return where it is."""
     place, nearness = camera.project(scene.vertices)
+    nearness = nearness / (1.0 + scene.set_back * nearness)
     corners = place[scene.triangles]
     buffer = Buffer(samples)
     draw_triangles(buffer, corners, nearness[scene.triangles])

@@ -7,17 +7,23 @@ from typing import Union
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.polygons import fan_triangles
-from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh
-from weavecore.palette import LONGITUDES, POCKETS, latitude_colours
+from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.palette import LONGITUDES, POCKETS, WOVEN, latitude_colours
 
 _ROD_OF_SPACING = 0.075
 _BORDER_SWELL, _LONGITUDE_SWELL = 1.45, 0.7
 """How much thicker the border rods are than the others, and how much thinner the longitudes."""
 
 
-Drawable = Union[SurfaceMesh, Latitudes, Lattice]
+_STEP_OF_EDGE = 0.08
+"""Rods of a weave are drawn in straight pieces of this part of an edge."""
+
+_LAYERS_BACK = 4.0
+"""How many rods could lie between the surface and those that are seen."""
+
+Drawable = Union[SurfaceMesh, Latitudes, Lattice, Weave]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +44,8 @@ class Scene:
         In the model's unit.
     borders : (n, 3) float64
         Points of the borders.
+    set_back : float
+        How far the triangles are set back from the eye, so that rods that lie below them are seen.
     """
 
     vertices: Floats
@@ -48,6 +56,7 @@ class Scene:
     colours: Floats
     radius: Floats
     borders: Floats
+    set_back: float = 0.0
 
     @property
     def size(self) -> float:
@@ -61,7 +70,7 @@ def scene_of(value: Drawable) -> Scene:
         return _of_surface(value)
     if isinstance(value, Latitudes):
         return _of_latitudes(value)
-    return _of_lattice(value)
+    return _of_weave(value) if isinstance(value, Weave) else _of_lattice(value)
 
 
 def _border_points(surface: SurfaceMesh) -> Floats:
@@ -125,6 +134,27 @@ def _of_lattice(lattice: Lattice) -> Scene:
         colours,
         swell * min(latitudes.spacing, lattice.edge_length) * _ROD_OF_SPACING,
         _border_points(latitudes.surface),
+    )
+
+
+def _of_weave(weave: Weave) -> Scene:
+    lattice = weave.lattice
+    triangles, _ = fan_triangles(lattice.face_offsets, lattice.face_nodes)
+    samples = weave.axes.samples(_STEP_OF_EDGE * min(lattice.latitudes.spacing, lattice.edge_length))
+    strand = rows_of(samples.offsets)
+    start = np.flatnonzero(np.diff(strand) == 0)
+    letters = np.array([name[0] for name in weave.ids])
+    colours = np.array([WOVEN[letter] for letter in letters.tolist()], float).reshape(-1, 3)
+    return Scene(
+        lattice.nodes,
+        triangles,
+        np.zeros(len(triangles), bool),
+        samples.points[start],
+        samples.points[start + 1],
+        colours[strand[start]],
+        np.full(len(start), weave.rod_diameter / 2.0),
+        _border_points(lattice.latitudes.surface),
+        set_back=_LAYERS_BACK * weave.rod_diameter,
     )
 
 

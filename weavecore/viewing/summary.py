@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, next_in_loop
-from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh
+from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.units import with_unit
 
 Lines = list[tuple[str, str]]
@@ -50,6 +50,24 @@ def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:
     ]
 
 
+def describe_weave(weave: Weave) -> Lines:
+    """Rods, their order and their bending."""
+    unit = weave.lattice.latitudes.surface.unit
+    bending = weave.bending
+    ends, conflicts = _count(weave.n_ends_inside, "end"), _count(len(weave.conflicts), "conflict")
+    s = int(np.argmin(bending.min_radius))
+    limit = weave.material.least_bend * weave.rod_diameter
+    text = f"least radius {with_unit(bending.min_radius[s], unit)} in {weave.ids[s]}"
+    text += f"; {weave.material.name} of {with_unit(weave.rod_diameter, unit)} bears {with_unit(limit, unit)}"
+    if len(bending.violations):
+        text += f": {_count(len(bending.violations), 'rod')} bent too sharply"
+    return [
+        ("rods", f"{len(weave):,}, {with_unit(weave.median_length, unit)} long in the middle, {ends} inside"),
+        ("weave", f"{weave.over_under}, {conflicts}, {_count(len(weave.clashes), 'clash', 'clashes')}"),
+        ("bending", text),
+    ]
+
+
 def regular_share(lattice: Lattice) -> float | None:
     """Part of the inner nodes with as many edges as the pattern has; None where no node is inside, or none is known."""
     valence = np.bincount(lattice.edges.ravel(), minlength=lattice.n_nodes)
@@ -70,5 +88,5 @@ def _on_border(lattice: Lattice) -> Bools:
     return on_border
 
 
-def _count(n: int, noun: str) -> str:
-    return f"{n:,} {noun}{'' if n == 1 else 's'}"
+def _count(n: int, noun: str, nouns: str = "") -> str:
+    return f"{n:,} {noun if n == 1 else nouns or noun + 's'}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -53,15 +54,25 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     a, b = strands.nodes[before], strands.nodes[after]
     ahead = _latitude_tangents(lattice)
     step = lattice.nodes[b] - lattice.nodes[a]
-    generation = np.append(lattice.latitudes.generation, -1)[lattice.node_latitude]
-    rises = np.sign(generation[b] - generation[a])
-    rises[(generation[a] < 0) | (generation[b] < 0)] = 0
+    depth = node_depths(lattice)
+    rises = np.sign(depth[b] - depth[a])
     mean = ahead[a] + ahead[b]
     size = np.linalg.norm(step, axis=1) * np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)
     slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
     total = np.bincount(rows_of(strands.offsets)[before], slant, minlength=len(strands))
     lean: Ints = np.sign(np.where(np.abs(total) > 1e-9, total, 0.0)).astype(np.int64)
     return lean
+
+
+def node_depths(lattice: Lattice) -> Floats:
+    """(N,) distance of each node from the borders along the surface; off the latitudes that of the nearest vertex."""
+    latitudes = lattice.latitudes
+    depths = latitudes.distance[lattice.node_latitude]
+    off = np.flatnonzero(lattice.node_latitude < 0)
+    if len(off):
+        _, vertex = cKDTree(latitudes.surface.vertices).query(lattice.nodes[off])
+        depths[off] = latitudes.vertex_distance[vertex]
+    return depths
 
 
 def _latitude_tangents(lattice: Lattice) -> Floats:
