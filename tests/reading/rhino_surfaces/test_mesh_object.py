@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import rhino_shapes as make
-from weavecore.errors import NonFinite, TooMuchWork, Unsupported, WeaveError
+from weavecore.errors import NonFinite, TooMuchWork, Unsupported
 from weavecore.geometry.halfedges import border_loops, check_manifold_vertices, find_twins
 from weavecore.geometry.relaxing import least_angles
 from weavecore.reading.rhino_surfaces import MeshedObject, mesh_object
+from weavecore.reading.rhino_surfaces.shape import nurbs_surface
 
 r = pytest.importorskip("rhino3dm")
 
@@ -220,7 +221,9 @@ def test_a_transform_that_flattens_is_refused():
         mesh_object(make.plate(), transform=np.diag([1.0, 1.0, 0.0, 1.0]))
 
 
-def test_a_control_point_that_is_not_finite_is_refused():
-    surface = r.NurbsSurface.Create(3, False, 2, 2, 2, 2)
-    with pytest.raises(WeaveError):
-        mesh_object(surface)
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, 1e200])
+def test_a_control_point_that_is_not_finite_is_refused(wrong):
+    surface = make.saddle()
+    surface.Points[1, 1] = r.Point4d(wrong, 0.0, 0.0, 1.0)
+    with pytest.raises(NonFinite):
+        nurbs_surface(surface)

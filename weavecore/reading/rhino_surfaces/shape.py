@@ -25,6 +25,7 @@ from weavecore.reading.rhino_surfaces.archive import (
 )
 
 NO_EDGE = -1
+_MOST_COORDINATE = 1e60
 _POINTS_PER_SPAN = 16
 _LEAST_POINTS = 33
 _MOST_POINTS = 1_000
@@ -146,7 +147,8 @@ def _padded(knots: Any, n_points: int, degree: int) -> Floats:
 
 
 def _checked(points: Floats) -> Floats:
-    if not np.isfinite(points).all() or (points[..., 3] <= 0).any():
+    # Beyond these the squares of distances overflow.
+    if not (np.abs(points) < _MOST_COORDINATE).all() or (points[..., 3] <= 1 / _MOST_COORDINATE).any():
         raise NonFinite("Control points that are not finite, or of no weight", remedy="Repair the object in Rhino.")
     return points
 
