@@ -81,7 +81,7 @@ class Document:
         texts: Mapping[str, object],
         colour: tuple[int, int, int],
     ) -> None:
-        """Add a B-spline in a colour of its own, from knots (n + degree + 1,) in full form and control points (n, 3)."""
+        """Add a B-spline in a colour of its own: knots (n + degree + 1,) in full form, control points (n, 3)."""
         order = len(knots) - len(controls)
         curve = self._rhino.NurbsCurve(3, False, order, len(controls))
         # Rhino's knots go without the first and the last one.

@@ -103,7 +103,8 @@ def _followers(lattice: Lattice) -> Ints:
     straight, on_border = find_straight(lattice)
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.
-    allowed = is_straight | (~on_border[tail[one]] & ((bend <= MOST_BEND) | (family[one] == LATITUDINAL)))
+    is_free = (bend <= MOST_BEND) | (family[one] == LATITUDINAL)
+    allowed = is_free & (is_straight | ~on_border[tail[one]])
     # What goes straight across comes before all else.
     cost = np.where(is_straight, bend - 2.0 * np.pi, bend)
     partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
