@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from weavecore.linking.division import divide_border, divide_evenly, index_at, turns
+from weavecore.linking.samples import find_spikes, sample_polylines
+from weavecore.model import Polylines
 
 SQUARE = np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]], float)
 
@@ -58,3 +62,38 @@ def test_equal_arcs_begin_at_their_phase():
 
 def test_a_square_turns_a_right_angle_at_each_corner():
     np.testing.assert_allclose(turns(SQUARE), np.pi / 2)
+
+
+def test_a_spike_gets_a_node_and_those_beside_it_give_way():
+    stations = divide_evenly(20.0, 20, 0.0, np.array([7.4]))
+    moved = stations - np.arange(20)
+    np.testing.assert_allclose(moved[7], 0.4)
+    np.testing.assert_allclose(moved[[4, 10]], 0.0)
+    assert (np.diff(moved[4:8]) > 0).all()
+    assert (np.diff(moved[7:11]) < 0).all()
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("spikes", [[0.2, 19.9], [3.4, 5.1, 3.9, 12.0], [9.5], np.arange(20) + 0.5])
+def test_stations_rise_by_at_most_a_turn_whatever_the_spikes_are(phase, spikes):
+    stations = divide_evenly(20.0, 20, phase, np.array(spikes))
+    assert (np.diff(np.append(stations, stations[0] + 20.0)) > 0.3).all()
+    assert np.abs((stations - spikes[0] + 10) % 20 - 10).min() < 1e-9
+
+
+def test_spikes_are_found_where_a_polyline_turns_back():
+    tongue = np.array([[0, 0, 0], [6, 0, 0], [6, 0.2, 0], [0, 2, 0]], float)
+    spikes = spikes_of(tongue, count=16)
+    assert abs(spikes[0] - 6.1) < 0.2
+
+
+def test_a_ring_has_no_spike():
+    turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    assert len(spikes_of(np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1), count=12)) == 0
+
+
+def spikes_of(points, count):
+    n = len(points)
+    lines = Polylines(points, [0, n], [True], np.zeros(n, int), np.tile([1.0, 0, 0], (n, 1)))
+    samples = sample_polylines(SimpleNamespace(polylines=lines), np.array([count]))
+    return find_spikes(samples).get(0, np.zeros(0))

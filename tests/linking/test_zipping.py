@@ -97,4 +97,5 @@ def test_feet_that_run_back_a_little_are_held():
 
 def test_feet_of_nodes_lie_between_those_of_the_samples():
     rising = unroll_feet(evenly(10, 40), 10)
-    np.testing.assert_allclose(feet_of_nodes(rising, 5, np.array([0.0, 0.5]))[1], np.arange(5) * 2 + 1.0)
+    stations = np.array([[0.0, 1.0, 2.0, 3.0, 4.0], [0.5, 1.5, 2.5, 3.5, 5.25]])
+    np.testing.assert_allclose(feet_of_nodes(rising, stations, 5.0), 2 * stations)

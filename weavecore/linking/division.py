@@ -6,6 +6,8 @@ a divided polyline counts nodes: 2.5 lies halfway between nodes 2 and 3.
 
 from __future__ import annotations
 
+from typing import Optional
+
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
@@ -15,6 +17,8 @@ from weavecore.model.polylines import Polylines
 
 FEWEST_NODES = 3
 CORNER_TURN = np.radians(40.0)
+_YIELDING = 2
+"""How many nodes on either side of one that is moved give way."""
 
 
 def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern) -> Ints:
@@ -78,10 +82,34 @@ def turns(points: Floats) -> Floats:
     return angles
 
 
-def divide_evenly(length: float, count: int, phase: float) -> Floats:
-    """Stations (count,) at equal arc length; the first lies ``phase`` edges after the start."""
+def divide_evenly(length: float, count: int, phase: float, spikes: Optional[Floats] = None) -> Floats:
+    """Stations (count,) at equal arc length; the first lies ``phase`` edges after the start.
+
+    The nodes nearest to ``spikes``, the sharpest first, are moved onto them, and those
+    beside them give way; so the first station may be less than 0 and the last beyond the end.
+    """
+    edge = length / count
     steps: Floats = np.arange(count, dtype=np.float64) + phase % 1.0
-    return steps * (length / count)
+    if spikes is not None and len(spikes):
+        steps += _shifts_onto(steps, spikes / edge)
+    return steps * edge
+
+
+def _shifts_onto(steps: Floats, spikes: Floats) -> Floats:
+    """How far (n,) each node moves, in edges, so that each spike gets a node; it fades out on either side."""
+    n = len(steps)
+    fixed: dict[int, float] = {}
+    for spike in spikes.tolist():
+        node = int(np.rint(spike - steps[0]))
+        if all(min((node - k) % n, (k - node) % n) > 1 for k in fixed):
+            fixed[node % n] = spike - steps[0] - node
+    nodes = np.array(sorted(fixed), np.int64)
+    apart = np.abs(np.arange(n)[:, None] - nodes)
+    free = np.flatnonzero(np.minimum(apart, n - apart).min(1) > _YIELDING)
+    known = np.concatenate([nodes, free])
+    shift = np.concatenate([[fixed[k] for k in nodes.tolist()], np.zeros(len(free))])
+    shifts: Floats = np.interp(np.arange(n), known, shift, period=n)
+    return shifts
 
 
 def index_at(nodes: Floats, length: float, station: Floats) -> Floats:

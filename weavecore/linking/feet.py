@@ -1,8 +1,8 @@
 """Feet: for places along every child, the nearest places on its parents.
 
-Each polyline is sampled at equal arc length.  A sample's *foot* is the place nearest to it on
-the parents of the same band; others are never asked, so that a sheet of the surface that lies
-close in space does not matter unless it belongs to the very same ring.
+A sample's *foot* is the place nearest to it on the parents of the same band.  Others are
+never asked, so that a sheet of the surface that lies close in space does not matter unless it
+belongs to the very same ring.
 """
 
 from __future__ import annotations
@@ -12,11 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
-from weavecore.linking.division import points_at
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.linking.samples import Samples
 from weavecore.model.latitudes import Bands, Latitudes
-
-SAMPLES_PER_NODE = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +24,7 @@ class Feet:
     Parameters
     ----------
     offsets : (P+1,) int64
-        Samples of each polyline, `SAMPLES_PER_NODE` a node, the first at station 0.
+        Samples of each polyline.
     parent : (M,) int64
         The polyline on which each sample stands, -1 for generation 0.
     station : (M,) float64
@@ -41,58 +39,50 @@ class Feet:
     is_against: Bools
 
 
-def find_feet(latitudes: Latitudes, counts: Ints) -> Feet:
+def find_feet(latitudes: Latitudes, samples: Samples) -> Feet:
     """The foot of every sample of every child."""
-    polylines, bands = latitudes.polylines, latitudes.bands
-    n_samples = counts * SAMPLES_PER_NODE
-    offsets = offsets_of(n_samples)
-    owner = rows_of(offsets)
-    station = (np.arange(len(owner)) - offsets[owner]) * (polylines.lengths / n_samples)[owner]
-    points = points_at(polylines, owner, station)
+    bands, owner, points = latitudes.bands, samples.owner, samples.points
     parent = np.full(len(owner), -1, np.int64)
     foot = np.zeros(len(owner))
     is_against = np.zeros(len(owner), bool)
-
     band = rows_of(bands.offsets)
     has_child = np.bincount(band[~bands.is_parent], minlength=len(bands)) > 0
     above = np.flatnonzero(bands.is_parent & has_child[band])
     below = np.flatnonzero(~bands.is_parent)
     if len(below):
-        side, source = _gather(offsets, bands, above)
-        child_side, child = _gather(offsets, bands, below)
+        side, source = _gather(samples, bands, above)
+        child_side, child = _gather(samples, bands, below)
+        # A fourth coordinate keeps the bands apart, so that one search serves them all.
         size = 4.0 * latitudes.surface.size
         tree = cKDTree(np.c_[points[source], size * band[side]])
         _, nearest = tree.query(np.c_[points[child], size * band[child_side]])
         at = source[nearest]
         parent[child] = owner[at]
         is_against[child] = ~bands.is_left[side[nearest]]
-        foot[child] = _project(points[child], at, points, offsets, owner, polylines.lengths)
-    return Feet(offsets, parent, foot, is_against)
+        foot[child] = _project(points[child], at, samples)
+    return Feet(samples.offsets, parent, foot, is_against)
 
 
-def _gather(offsets: Ints, bands: Bands, sides: Ints) -> tuple[Ints, Ints]:
+def _gather(samples: Samples, bands: Bands, sides: Ints) -> tuple[Ints, Ints]:
     """For the samples of the polylines of these sides: the side, and the sample."""
     polyline = bands.polyline[sides]
-    counts = np.diff(offsets)[polyline]
+    counts = np.diff(samples.offsets)[polyline]
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.repeat(sides, counts), np.repeat(offsets[polyline], counts) + within
+    return np.repeat(sides, counts), np.repeat(samples.offsets[polyline], counts) + within
 
 
-def _project(points: Floats, at: Ints, samples: Floats, offsets: Ints, owner: Ints, lengths: Floats) -> Floats:
+def _project(points: Floats, at: Ints, samples: Samples) -> Floats:
     """Station of the nearest place on the two segments beside the nearest sample."""
-    first, count = offsets[owner[at]], np.diff(offsets)[owner[at]]
-    step = lengths[owner[at]] / count
-    rank = at - first
+    rank = at - samples.offsets[samples.owner[at]]
     best = np.full(len(at), np.inf)
     station = np.zeros(len(at))
     for shift in (0, -1):
-        a = first + (rank + shift) % count
-        b = first + (rank + shift + 1) % count
-        along = samples[b] - samples[a]
+        start = samples.points[samples.beside(at, shift)]
+        along = samples.points[samples.beside(at, shift + 1)] - start
         square = np.maximum((along * along).sum(1), np.finfo(float).tiny)
-        part = np.clip(((points - samples[a]) * along).sum(1) / square, 0.0, 1.0)
-        gap = ((points - samples[a] - along * part[:, None]) ** 2).sum(1)
+        part = np.clip(((points - start) * along).sum(1) / square, 0.0, 1.0)
+        gap = ((points - start - along * part[:, None]) ** 2).sum(1)
         nearer = gap < best
         best[nearer] = gap[nearer]
-        station[nearer] = ((rank + shift + part) * step)[nearer]
+        station[nearer] = ((rank + shift + part) * samples.step[samples.owner[at]])[nearer]
     return station

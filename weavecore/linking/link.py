@@ -12,7 +12,6 @@ from weavecore.geometry.delaunay import improve_triangles
 from weavecore.linking.assembling import assemble
 from weavecore.linking.cells import BandFaces, as_quads, faces_of_zip
 from weavecore.linking.division import count_nodes, points_at
-from weavecore.linking.feet import find_feet
 from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
@@ -63,7 +62,7 @@ def link_latitudes(
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
     tell(0.0, "dividing the latitudes")
     counts = count_nodes(latitudes, length, design)
-    linker = RingLinker(latitudes, counts, find_feet(latitudes, counts), design)
+    linker = RingLinker(latitudes, counts, design)
     linker.run()
     latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)
     places = points_at(latitudes.polylines, latitude, station)

@@ -9,8 +9,9 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.linking.division import divide_border, divide_evenly, index_at
-from weavecore.linking.feet import SAMPLES_PER_NODE, Feet
+from weavecore.linking.feet import find_feet
 from weavecore.linking.patterns import Pattern
+from weavecore.linking.samples import SAMPLES_PER_NODE, find_spikes, sample_polylines
 from weavecore.linking.zipping import choose_tips, feet_of_nodes, unroll_feet
 from weavecore.model.latitudes import Latitudes
 
@@ -51,10 +52,12 @@ class RingLinker:
         By band.
     """
 
-    def __init__(self, latitudes: Latitudes, counts: Ints, feet: Feet, pattern: Pattern) -> None:
+    def __init__(self, latitudes: Latitudes, counts: Ints, pattern: Pattern) -> None:
         self._latitudes = latitudes
         self._counts = counts
-        self._feet = feet
+        samples = sample_polylines(latitudes, counts)
+        self._feet = find_feet(latitudes, samples)
+        self._spikes = find_spikes(samples)
         self._pattern = pattern
         self._plain = _plain_bands(latitudes)
         self._links_above: dict[int, Ints] = {}
@@ -73,34 +76,35 @@ class RingLinker:
                 part = slice(polylines.offsets[p], polylines.offsets[p + 1])
                 stations = divide_border(polylines.points[part], polylines.stations[part], length, count)
             else:
-                stations = divide_evenly(length, count, self._bind(p, int(band_above[p])))
+                stations = self._divide_child(p, int(band_above[p]))
             self.nodes.append(stations)
 
-    def _bind(self, p: int, band: int) -> float:
-        """The turn of a child, in edges; zips its band if that is a plain one."""
-        count = int(self._counts[p])
+    def _divide_child(self, p: int, band: int) -> Floats:
+        """Stations of the nodes of a child; zips its band if that is a plain one."""
+        count, length = int(self._counts[p]), float(self._latitudes.polylines.lengths[p])
         index = self._foot_indices(p)
         phase = _harmonic_phase(index, self._pattern)
-        if not self._plain[band]:
-            return phase
+        spikes = self._spikes.get(p)
         parent, is_left = self._parent_of(band)
         n = int(self._counts[parent])
-        rising = unroll_feet(index, n)
+        rising = unroll_feet(index, n) if self._plain[band] else None
         if rising is None:
-            return phase
-        phases = phase + np.arange(_DIVISIONS) / _DIVISIONS
+            return _rolled(divide_evenly(length, count, phase, spikes), length)[0]
+        divisions = [divide_evenly(length, count, phase + k / _DIVISIONS, spikes) for k in range(_DIVISIONS)]
         wanted = self._wanted_steps(parent, is_left)
-        division, tips = choose_tips(
-            feet_of_nodes(rising, count, phases),
+        best, tips = choose_tips(
+            feet_of_nodes(rising, np.array(divisions), length),
             n,
             sits=self._pattern.child_sits,
             wanted=np.ones(n, np.int64) if wanted is None else wanted,
             matters=wanted is not None,
         )
+        stations, shift = _rolled(divisions[best], length)
+        tips = tips + shift
         self._links_above[p] = np.bincount(tips % count, minlength=count) + 1
         if _has_no_double_link(tips, count):
             self.zips[band] = Zip(parent, p, is_left, tips)
-        return float(phases[division])
+        return stations
 
     def _parent_of(self, band: int) -> tuple[int, bool]:
         bands = self._latitudes.bands
@@ -148,6 +152,12 @@ def _harmonic_phase(index: Floats, pattern: Pattern) -> float:
     misfit = np.exp(2j * np.pi * (index - pattern.child_sits)).reshape(-1, SAMPLES_PER_NODE)
     turn = np.exp(-2j * np.pi * np.arange(SAMPLES_PER_NODE) / SAMPLES_PER_NODE)
     return float(-np.angle((misfit * turn).sum()) / (2 * np.pi))
+
+
+def _rolled(stations: Floats, length: float) -> tuple[Floats, int]:
+    """The same places with stations from 0 to the length, rising, and how much higher a node's number becomes."""
+    shift = int((stations >= length).sum()) - int((stations < 0).sum())
+    return np.sort(stations % length), shift
 
 
 def _has_no_double_link(tips: Ints, count: int) -> bool:

@@ -36,12 +36,15 @@ def unroll_feet(index: Floats, n_parent: int) -> Optional[Floats]:
     return None if (rising - along).max() > 1.0 else rising
 
 
-def feet_of_nodes(rising: Floats, count: int, phases: Floats) -> Floats:
-    """Unrolled indices (phases, count) of the feet of equally spaced nodes that begin ``phase`` edges on."""
-    per_node = (len(rising) - 1) / count
-    turned = phases % 1.0
-    at = (np.arange(count)[None, :] + turned[:, None]) * per_node
-    return np.interp(at, np.arange(len(rising)), rising)
+def feet_of_nodes(rising: Floats, stations: Floats, length: float) -> Floats:
+    """Unrolled indices (d, m) of the feet of nodes, for several divisions of a child of some length.
+
+    ``rising`` are those of equally spaced samples, the first at station 0 and again at the end.
+    """
+    turn = np.floor(stations / length)
+    at = (stations / length - turn) * (len(rising) - 1)
+    feet: Floats = np.interp(at, np.arange(len(rising)), rising) + turn * (rising[-1] - rising[0])
+    return feet
 
 
 def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, matters: bool) -> tuple[int, Ints]:
