@@ -5,23 +5,22 @@ import pytest
 
 from weavecore.offsetting.edge_profile import invert_cubic, invert_kink
 
-HEIGHT = np.linspace(0, 1, 101)
+HEIGHT = np.linspace(0, 1, 1001)
 
 
 @pytest.mark.parametrize("start", [0.0, 0.4, 1.0, 1.7, 3.0])
 @pytest.mark.parametrize("end", [0.0, 0.6, 1.0, 2.2, 3.0])
 def test_the_cubic_with_these_slopes_has_the_height_that_was_asked_for(start, end):
-    part = invert_cubic(HEIGHT, np.full(101, start), np.full(101, end))
+    part = invert_cubic(HEIGHT, np.full(1001, start), np.full(1001, end))
     value = (1 - part) ** 2 * part * start + part**2 * (3 - 2 * part) - part**2 * (1 - part) * end
-    np.testing.assert_allclose(value, HEIGHT, atol=2e-3)
-    assert np.median(np.abs(value - HEIGHT)) < 1e-6
+    np.testing.assert_allclose(value, HEIGHT, atol=1e-8)
 
 
 @pytest.mark.parametrize("start", [-5.0, 0.0, 1.0, 9.0])
 @pytest.mark.parametrize("end", [-5.0, 0.0, 1.0, 9.0])
 def test_higher_lies_further_on_whatever_the_slopes(start, end):
     for invert in (invert_cubic, invert_kink):
-        part = invert(HEIGHT, np.full(101, start), np.full(101, end))
+        part = invert(HEIGHT, np.full(1001, start), np.full(1001, end))
         assert (np.diff(part) > 0).all()
         assert part.min() >= 0
         assert part.max() <= 1

@@ -130,7 +130,7 @@ def test_a_pit_in_a_pit_is_filled():
     distance[away < 0.5] = 0.2
     latitudes = trace_latitudes(surface, DistanceField(distance, 0 * field.gradient), spacing=1.1)
     assert loops_per_generation(latitudes) == [1, 1, 1, 1]
-    assert_holds(latitudes)
+    assert latitudes.parents.tolist() == [[0, 1], [1, 2], [2, 3]]
 
 
 def test_a_vertex_at_a_level_counts_as_beyond_it():
@@ -178,7 +178,7 @@ def test_an_edge_may_be_crossed_by_many_levels():
 
 def test_a_direction_that_lies_in_the_next_face_around_a_bend_is_turned_into_the_edge():
     n, n_rings, side = 16, 9, 0.5
-    lean = np.pi / 6 * (-1.0) ** np.arange(n_rings - 1)  # rings zigzag by 60 degrees
+    lean = np.pi / 9 * (-1.0) ** np.arange(n_rings - 1)  # rings zigzag by 40 degrees
     radius = 2 + side * np.concatenate([[0], np.cumsum(np.sin(lean))])
     height = side * np.concatenate([[0], np.cumsum(np.cos(lean))])
     around = np.concatenate([circle(1.0, n=n), np.zeros((n, 1))], axis=1)

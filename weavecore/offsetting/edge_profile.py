@@ -20,7 +20,7 @@ KINK = 0.25
 """Slopes at both ends that differ by more than this belong to two fronts."""
 _LEAST_FLAT = 0.25
 """A gradient that stands steeper on the surface than this, squared, has lost its direction."""
-_STEPS = 6
+_LEAST_SLOPE, _NEAR, _MOST_STEPS = 0.01, 1e-9, 60
 
 
 def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spacing: float) -> Floats:
@@ -67,18 +67,27 @@ def slope_along(gradient: Floats, along: Floats, normal: Floats) -> tuple[Floats
 
 
 def invert_cubic(height: Floats, start: Floats, end: Floats) -> Floats:
-    """Where the monotone cubic from (0, 0) to (1, 1) with the given end slopes reaches a height."""
+    """Where the monotone cubic from (0, 0) to (1, 1) with the given end slopes reaches a height.
+
+    Newton's method, kept inside a bracket; only what has not arrived goes on.
+    """
     start, end = np.clip(start, 0.0, 3.0), np.clip(end, 0.0, 3.0)
-    a, b = start + end - 2.0, 3.0 - 2.0 * start - end
-    least, most = np.zeros_like(height), np.ones_like(height)
-    part = height.copy()
-    for _ in range(_STEPS):
-        value = ((a * part + b) * part + start) * part - height
-        least, most = np.where(value < 0, part, least), np.where(value < 0, most, part)
-        slope = (3.0 * a * part + 2.0 * b) * part + start
-        step = part - np.divide(value, slope, out=np.full_like(part, 2.0), where=slope > 0.1)
+    reached = height.copy()
+    going = np.arange(len(height))
+    part, least, most = height.copy(), np.zeros_like(height), np.ones_like(height)
+    for _ in range(_MOST_STEPS):
+        a, b, c = (start + end - 2.0)[going], (3.0 - 2.0 * start - end)[going], start[going]
+        off = ((a * part + b) * part + c) * part - height[going]
+        on = np.abs(off) > _NEAR
+        reached[going] = part
+        if not on.any():
+            break
+        slope = (3.0 * a * part + 2.0 * b) * part + c
+        least, most = np.where(off < 0, part, least), np.where(off < 0, most, part)
+        step = part - np.divide(off, slope, out=np.full_like(part, 2.0), where=slope > _LEAST_SLOPE)
         part = np.where((step >= least) & (step <= most), step, 0.5 * (least + most))
-    return part
+        going, part, least, most = going[on], part[on], least[on], most[on]
+    return reached
 
 
 def invert_kink(height: Floats, start: Floats, end: Floats) -> Floats:

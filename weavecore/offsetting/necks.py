@@ -12,17 +12,17 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.offsetting.sheet import Sheet
-from weavecore.tolerances import LEAST_CAP
+from weavecore.tolerances import LEAST_NECK
 
 _STEEP = 0.4
 """A ridge that rises more steeply than this is a corner of a level, not a narrow tongue."""
 
 
 def cut_necks(sheet: Sheet, *, spacing: float) -> Floats:
-    """(n,) the distance, with narrow ridges and saddles near a level put `LEAST_CAP` spacings below it."""
+    """(n,) the distance, with narrow ridges and saddles near a level put `LEAST_NECK` spacings below it."""
     level = np.round(sheet.distance / spacing)
     above = sheet.distance / spacing - level
-    is_near = (np.abs(above) < LEAST_CAP) & (level > 0)
+    is_near = (np.abs(above) < LEAST_NECK) & (level > 0)
     is_narrow = is_near & (above >= 0) & (sheet.steepness < _STEEP)
     # What lies beside a narrow ridge, yet beyond the level, would be left as a splinter.
     is_low = is_narrow.copy()
@@ -34,7 +34,7 @@ def cut_necks(sheet: Sheet, *, spacing: float) -> Floats:
     near = np.flatnonzero(is_near)
     is_low[near] |= _are_saddles(sheet, near)
     distance = sheet.distance.copy()
-    distance[is_low] = (level[is_low] - LEAST_CAP) * spacing
+    distance[is_low] = (level[is_low] - LEAST_NECK) * spacing
     return distance
 
 
