@@ -12,12 +12,13 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Callable, NoReturn, Optional
 
 import typer
 
-from weavecore.errors import UnitUnknown, WeaveError
+from weavecore.errors import UnitUnknown, Unsupported, WeaveError
 from weavecore.units import NO_UNIT, Length, parse_length, with_unit
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines, show_table
 
@@ -37,6 +38,7 @@ app = typer.Typer(
 )
 
 REFUSED = 1
+_MATERIALS = "What the rods are made of: gfrp, gfrp-short, bamboo, rattan or steel-strip."
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
@@ -97,12 +99,23 @@ def _ends_with(ending: str) -> Callable[[Optional[Path]], Optional[Path]]:
     return check
 
 
-def _known_pattern(name: str) -> str:
-    from weavecore.linking.derived import PATTERN_NAMES
+def _known_by(module: str, find: str) -> Callable[[Optional[str]], Optional[str]]:
+    """A check that a name is known to a function of a module, which is imported when it is needed."""
 
-    if name not in PATTERN_NAMES:
-        raise typer.BadParameter(f"{name!r} is not one of {', '.join(PATTERN_NAMES)}")
-    return name
+    def check(name: Optional[str]) -> Optional[str]:
+        if name is not None:
+            try:
+                getattr(import_module(module), find)(name)
+            except Unsupported as error:
+                raise typer.BadParameter(f"{error.what}. {error.remedy}") from error
+        return name
+
+    return check
+
+
+_pattern = _known_by("weavecore.linking.derived", "known_pattern")
+_material = _known_by("weavecore.weaving.materials", "material_named")
+_style = _known_by("weavecore.weaving.styles", "style_named")
 
 
 def _known_method(name: str) -> str:
@@ -166,8 +179,26 @@ def weave(
         typer.Option(parser=_length, metavar="LENGTH", help="Length of an edge; by default 2/√3 of the spacing."),
     ] = None,
     pattern: Annotated[
-        str, typer.Option(metavar="NAME", callback=_known_pattern, help="triangular, quad, plain, twill, hexagonal, kagome or diagonal.")
+        str,
+        typer.Option(
+            metavar="NAME",
+            callback=_pattern,
+            help="triangular, quad, plain, twill, hexagonal, kagome or diagonal.",
+        ),
     ] = "triangular",
+    rod: Annotated[
+        Optional[Length],
+        typer.Option(parser=_length, metavar="LENGTH", help="Diameter of the rods; by default 1/24 of the spacing."),
+    ] = None,
+    material: Annotated[str, typer.Option(metavar="NAME", callback=_material, help=_MATERIALS)] = "gfrp",
+    over_under: Annotated[
+        Optional[str],
+        typer.Option(
+            metavar="STYLE",
+            callback=_style,
+            help="stacked, plain, or twill 2/2 and the like; by default what goes with the pattern.",
+        ),
+    ] = None,
     layer: LayerName = None,
     object_name: ObjectName = None,
     method: Annotated[str, typer.Option(metavar="NAME", callback=_known_method, help="levels.")] = "levels",
@@ -189,14 +220,21 @@ def weave(
         chosen, distance = _spacing(surface, spacing, edge)
         latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=part_of(tell, 0.1, 0.5))
         edge_length = edge.in_unit(surface.unit) if edge else None
-        lattice = pipeline.link(latitudes, edge_length=edge_length, pattern=pattern, progress=part_of(tell, 0.5, 0.85))
+        lattice = pipeline.link(latitudes, edge_length=edge_length, pattern=pattern, progress=part_of(tell, 0.5, 0.7))
+        woven = pipeline.weave(
+            lattice,
+            rod_diameter=rod.in_unit(surface.unit) if rod else None,
+            material=material,
+            over_under=over_under,
+            progress=part_of(tell, 0.7, 0.85),
+        )
         options = {"input": input_file.name, "layer": layer, "object": object_name, "method": method}
         plane = {"cut_plane": cut_plane.numbers} if cut_plane else {}
         parameters = {**{key: option for key, option in options.items() if option is not None}, **plane}
         pipeline.export_together(
-            lattice, targets, overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.85, 1.0)
+            woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.85, 1.0)
         )
-        lines = pipeline.describe(lattice)
+        lines = pipeline.describe(woven)
     if not quiet:
         notes = {"spacing": " (chosen; set it with --spacing)"} if chosen else {}
         show_lines([(label, text + notes.get(label, "")) for label, text in lines] + _written(targets))

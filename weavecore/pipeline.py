@@ -111,7 +111,7 @@ def link(
 def weave(
     lattice: Lattice,
     *,
-    rod_diameter: float,
+    rod_diameter: Optional[float] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
     progress: Optional[Progress] = None,
@@ -121,8 +121,8 @@ def weave(
     Parameters
     ----------
     lattice : Lattice
-    rod_diameter : float
-        In the model's unit.
+    rod_diameter : float, optional
+        In the model's unit; by default a part of the spacing that leaves room between the rods.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional

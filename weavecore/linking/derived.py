@@ -45,6 +45,19 @@ DERIVED = {
 PATTERN_NAMES = (*PATTERNS, *DERIVED)
 
 
+def known_pattern(name: str) -> str:
+    """The name, where there is a pattern of that name.
+
+    Raises
+    ------
+    Unsupported
+        Where there is none.
+    """
+    if name not in PATTERN_NAMES:
+        raise Unsupported(f"There is no pattern {name!r}", remedy=f"Take one of: {', '.join(PATTERN_NAMES)}.")
+    return name
+
+
 def link_pattern(
     latitudes: Latitudes,
     *,
@@ -59,9 +72,7 @@ def link_pattern(
     Unsupported
         When the edge length is not a positive number, or there is no such pattern.
     """
-    if pattern not in PATTERN_NAMES:
-        raise Unsupported(f"There is no pattern {pattern!r}", remedy=f"Take one of: {', '.join(PATTERN_NAMES)}.")
-    if pattern in PATTERNS:
+    if known_pattern(pattern) in PATTERNS:
         return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
     made = DERIVED[pattern]
     lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, progress=progress)

@@ -19,13 +19,16 @@ from weavecore.weaving.ordering import order_rods
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.styles import STACKED, style_named, usual_style
 
+_SPACING_IN_RODS = 24.0
+"""Spacing over diameter where none is asked for: rods of 5 mm at 120 mm."""
+
 Progress = Optional[Callable[[float, str], None]]
 
 
 def weave_lattice(
     lattice: Lattice,
     *,
-    rod_diameter: float,
+    rod_diameter: Optional[float] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
     progress: Progress = None,
@@ -35,8 +38,8 @@ def weave_lattice(
     Parameters
     ----------
     lattice : Lattice
-    rod_diameter : float
-        In the model's unit.
+    rod_diameter : float, optional
+        In the model's unit; by default a part of the spacing that leaves room between the rods.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
@@ -54,8 +57,9 @@ def weave_lattice(
     Unsupported
     """
     tell = progress or (lambda _fraction, _label: None)
-    if not (np.isfinite(rod_diameter) and rod_diameter > 0):
-        raise Unsupported(f"A rod of diameter {rod_diameter:g} is no rod", remedy="Give a positive diameter.")
+    diameter = lattice.latitudes.spacing / _SPACING_IN_RODS if rod_diameter is None else float(rod_diameter)
+    if not (np.isfinite(diameter) and diameter > 0):
+        raise Unsupported(f"A rod of diameter {diameter:g} is no rod", remedy="Give a positive diameter.")
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     tell(0.0, "finding the strands")
@@ -64,9 +68,9 @@ def weave_lattice(
     tell(0.2, "over and under")
     order = order_rods(lattice, strands, lean, style)
     tell(0.4, "bending the rods")
-    axes, normals = lay_axes(lattice, strands, order.joints, rod_diameter, centred_on_rings=style.name == STACKED)
+    axes, normals = lay_axes(lattice, strands, order.joints, diameter, centred_on_rings=style.name == STACKED)
     tell(0.8, "measuring")
-    bending = measure_bending(axes, rod_diameter=rod_diameter, material=stuff, unit=lattice.latitudes.surface.unit)
+    bending = measure_bending(axes, rod_diameter=diameter, material=stuff, unit=lattice.latitudes.surface.unit)
     return Weave(
         lattice=lattice,
         strands=strands,
@@ -75,9 +79,9 @@ def weave_lattice(
         axes=axes,
         normals=normals,
         bending=bending,
-        rod_diameter=float(rod_diameter),
+        rod_diameter=diameter,
         material=stuff,
         over_under=style.name,
         conflicts=order.conflicts,
-        clashes=find_clashes(axes, rod_diameter),
+        clashes=find_clashes(axes, diameter),
     )
