@@ -26,6 +26,11 @@ def test_higher_lies_further_on_whatever_the_slopes(start, end):
         assert part.max() <= 1
 
 
+def test_slopes_too_steep_for_a_monotone_cubic_are_eased():
+    steep, eased = (invert_cubic(HEIGHT, np.full(1001, slope), np.full(1001, slope)) for slope in (9.0, 3.0))
+    np.testing.assert_array_equal(steep, eased)
+
+
 def test_a_kink_follows_the_lesser_of_two_lines():
     # From 0 with slope 3, into 1 with slope 1/2: they meet at (1/5, 3/5).
     part = invert_kink(np.array([0.3, 0.6, 0.8]), np.full(3, 3.0), np.full(3, 0.5))

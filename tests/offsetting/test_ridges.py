@@ -18,8 +18,8 @@ def loops_per_generation(latitudes):
     return np.bincount(latitudes.generation).tolist()
 
 
-@pytest.mark.parametrize("rise", [0.045, 0.1, 0.2, 0.4])
-@pytest.mark.parametrize("seed", [1, 2, 4])
+@pytest.mark.parametrize("rise", [0.041, 0.1, 0.2, 0.4])
+@pytest.mark.parametrize("seed", [1, 2, 5])
 def test_facing_borders_give_one_loop_however_little_the_ridge_rises_above_the_level(rise, seed):
     surface = flat_surface([rectangle(16, 6 + 2 * rise)], 0.25, seed)
     latitudes = trace_latitudes(surface, flat_field(surface), spacing=1.0)
