@@ -15,6 +15,8 @@ from weavecore.geometry.unfolding import Unfolding
 from weavecore.offsetting.rays import Rays
 
 RAY_SPACING = 0.35  # of the mean edge length nearby
+LONG_WALL = 2.0  # of that length, or of the median: such an edge of a wall is longer than the mesh behind it is fine
+MOST_EDGES = 1000  # edges of median length along one edge of a wall that rays are seeded for
 LEAST_WEDGE = 0.02  # radians; a smaller one is left to the strips beside it
 FAN_ANGLE = 0.1  # radians between the rays of a fan
 _OFF_THE_CORNER = 1e-9  # of the edge: rays from a vertex start this far along an edge
@@ -62,7 +64,7 @@ class _Corners:
 def _strips(frames: Unfolding, wall: Ints) -> tuple[Rays, Ints, Ints]:
     """Rays at right angles to the wall halfedges, and the first and last of each."""
     length = frames.length[wall]
-    nearby = np.minimum(frames.mean_length[frames.tail[wall]], frames.mean_length[frames.head[wall]])
+    nearby = _length_nearby(frames, wall)
     count = np.maximum(1, np.ceil(length / (RAY_SPACING * nearby) * 0.999)).astype(np.int64)
     offsets = offsets_of(count)
     owner = rows_of(offsets)
@@ -71,6 +73,25 @@ def _strips(frames: Unfolding, wall: Ints) -> tuple[Rays, Ints, Ints]:
     rays = Rays.starting(wall[owner], place, np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n), width * 0.50005)
     rays.after = np.arange(1, n + 1)
     return rays, offsets[:-1], offsets[1:] - 1
+
+
+def _length_nearby(frames: Unfolding, wall: Ints) -> Floats:
+    """Mean length of the edges that the rays of each wall halfedge will meet first.
+
+    Where a mesh was refined, long edges of the wall were not, and fans of long edges lead from
+    their ends: there the edges a step further in are what counts, and the median of all (which
+    is 1).
+    """
+    mean, a, b = frames.mean_length, frames.tail[wall], frames.head[wall]
+    nearby: Floats = np.minimum(mean[a], mean[b])
+    long_ = frames.length[wall] > LONG_WALL * np.minimum(nearby, 1.0)
+    if long_.any():
+        least = mean.copy()
+        np.minimum.at(least, frames.tail, mean[frames.head])
+        np.minimum.at(least, frames.head, mean[frames.tail])
+        median = np.maximum(1.0, frames.length[wall] / MOST_EDGES)
+        nearby[long_] = np.minimum(median, np.minimum(least[a], least[b]))[long_]
+    return nearby
 
 
 def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[Rays, Ints, Ints]:
