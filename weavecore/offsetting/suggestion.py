@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -12,6 +13,7 @@ from weavecore.geometry.arrays import Floats
 from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.geometry.refinement import refine_faces
 from weavecore.model import SurfaceMesh
+from weavecore.offsetting.wavefront import measure_distance
 
 N_GENERATIONS = 15
 """How many generations the deepest part of a surface gets: enough to read its shape, few enough to build."""
@@ -43,7 +45,10 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
     a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     mean_edge = math.sqrt(areas.mean() * 4 / math.sqrt(3))
-    depth = _depth_along_edges(surface, longest=math.sqrt(areas.sum()) / _FEWEST_EDGES)
+    if surface.n_faces < _FEW_FACES:
+        depth = _depth_of_few_faces(surface, longest=math.sqrt(areas.sum()) / _FEWEST_EDGES)
+    else:
+        depth = _depth_along_edges(surface)
     if depth == 0:  # All vertices lie on borders still: as deep as the circle in the widest face.
         depth = 2 * float((areas / surface.edge_lengths.reshape(-1, 3).sum(1)).max())
     spacing = max(depth / N_GENERATIONS, min(EDGES_PER_SPACING * mean_edge, depth / FEWEST_GENERATIONS))
@@ -63,20 +68,19 @@ def round_friendly(length: float) -> float:
     return float(f"{nearest:g}e{exponent}")
 
 
-def _depth_along_edges(surface: SurfaceMesh, *, longest: float) -> float:
-    """Distance of the farthest vertex from the borders and cuts, along edges: some percent too long, and cheap.
-
-    A mesh of few faces may have no vertex off its borders, so long edges are cut first.
-    """
-    vertices, faces = surface.vertices, surface.faces
-    if surface.n_faces < _FEW_FACES:
-        fine = refine_faces(vertices, faces, longest=longest, protected=surface.is_cut)
-        vertices, faces = fine.vertices, fine.faces
-    tail, head = halfedge_ends(faces)
-    n = len(vertices)
-    lengths = np.linalg.norm(vertices[head] - vertices[tail], axis=1)
+def _depth_along_edges(surface: SurfaceMesh) -> float:
+    """Distance of the farthest vertex from the borders and cuts, along edges: some percent too long, and cheap."""
+    tail, head = halfedge_ends(surface.faces)
+    n = surface.n_vertices
+    graph = coo_matrix((surface.edge_lengths, (tail, head)), shape=(n, n)).tocsr()
     # Where two halfedges share an edge the sum of both would be stored; each runs its own way, so none do.
-    graph = coo_matrix((lengths, (tail, head)), shape=(n, n)).tocsr()
     sources = np.concatenate([*surface.borders, *surface.cuts])
     distance: Floats = dijkstra(graph, directed=False, indices=sources, min_only=True)
+    return float(distance[np.isfinite(distance)].max())
+
+
+def _depth_of_few_faces(surface: SurfaceMesh, *, longest: float) -> float:
+    """The same where edges may be as long as the surface is deep, or no vertex lies off the borders."""
+    fine = refine_faces(surface.vertices, surface.faces, longest=longest, protected=surface.is_cut)
+    distance = measure_distance(replace(surface, vertices=fine.vertices, faces=fine.faces)).distance
     return float(distance[np.isfinite(distance)].max())
