@@ -1,6 +1,12 @@
-"""Turning the inner edges of a triangulated surface until the angles are good (Lawson's flips)."""
+"""Turning the inner edges of a triangulated surface while that pays, as until the angles are good (Lawson's flips).
+
+Of the two triangles on an edge ``ab``, ``c`` is the third corner of the one on its left and ``d`` that of
+the other; turning the edge puts ``cd`` in its place.
+"""
 
 from __future__ import annotations
+
+from typing import Callable
 
 import numpy as np
 
@@ -8,12 +14,14 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import find_twins, halfedge_ends, next_halfedge, previous_halfedge
 
 _MOST_ROUNDS = 100
+_LEAST_GAIN = 1e-6
+
+Gain = Callable[[Ints, Ints, Ints, Ints], Floats]
+"""What turning each edge gains, from the corners a, b, c, d."""
 
 
-def improve_triangles(points: Floats, triangles: Ints, taken: Ints, *, least_gain: float = 1e-6) -> Ints:
-    """Flip each inner edge whose two facing angles are together more than a half turn.
-
-    The surface that the triangles make stays the same, and no two triangles get the same edge twice.
+def improve_triangles(points: Floats, triangles: Ints, taken: Ints) -> Ints:
+    """Turn each inner edge whose two facing angles are together more than a half turn.
 
     Parameters
     ----------
@@ -21,22 +29,44 @@ def improve_triangles(points: Floats, triangles: Ints, taken: Ints, *, least_gai
     triangles : (T, 3) int64
         Oriented and manifold.
     taken : (K,) int64
-        Sorted keys ``low * N + high`` of pairs of points that are joined already: such an
-        edge is neither flipped away nor made.
-    least_gain : float
-        An edge is left alone while its angles exceed the half turn by no more than this.
+        As of `turn_edges`.
 
     Returns
     -------
     (T, 3) int64
     """
+
+    def excess(a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
+        angles = _angle_at(points, c, a, b) + _angle_at(points, d, a, b)
+        return np.where(_stays_upright(points, a, b, c, d), angles - np.pi, 0.0)
+
+    return turn_edges(triangles, len(points), taken, excess)
+
+
+def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> Ints:
+    """Turn inner edges while one has a gain, the greatest first; what surface the triangles make stays the same.
+
+    Parameters
+    ----------
+    triangles : (T, 3) int64
+        Oriented and manifold; no two of them get the same edge twice.
+    n_points : int
+    taken : (K,) int64
+        Sorted keys ``low * n_points + high`` of pairs of points that are joined already: such an
+        edge is neither turned nor made.
+    gain : callable
+
+    Returns
+    -------
+    (T, 3) int64
+        Each in the place of one of the two that it was made of.
+    """
     triangles = triangles.copy()
     for _ in range(_MOST_ROUNDS):
-        h = _edges_to_flip(points, triangles, taken, least_gain)
+        h, t = _edges_to_turn(triangles, n_points, taken, gain)
         if len(h) == 0:
             break
         flat = triangles.ravel()
-        t = find_twins(triangles, len(points))[h]
         a, b = flat[h], flat[next_halfedge(h)]
         c, d = flat[previous_halfedge(h)], flat[previous_halfedge(t)]
         triangles[h // 3] = np.c_[c, a, d]
@@ -44,25 +74,21 @@ def improve_triangles(points: Floats, triangles: Ints, taken: Ints, *, least_gai
     return triangles
 
 
-def _edges_to_flip(points: Floats, triangles: Ints, taken: Ints, least_gain: float) -> Ints:
-    """Halfedges of edges to flip at once: no two of them in one triangle."""
-    n = np.int64(len(points))
-    twins = find_twins(triangles, len(points))
+def _edges_to_turn(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> tuple[Ints, Ints]:
+    """Halfedges, with their twins, of edges to turn at once: no two of them in one triangle."""
+    n = np.int64(n_points)
+    twins = find_twins(triangles, n_points)
     tail, head = halfedge_ends(triangles)
-    h = np.flatnonzero(np.arange(len(twins)) < twins)
-    t = twins[h]
-    facing = _facing_angles(points, triangles)
-    excess = facing[h] + facing[t] - np.pi
     key = np.minimum(tail, head) * n + np.maximum(tail, head)
-    wanted = (excess > least_gain) & ~_is_in(key[h], taken)
-    h, t, excess = h[wanted], t[wanted], excess[wanted]
-    a, b = tail[h], head[h]
+    h = np.flatnonzero((np.arange(len(twins)) < twins) & ~_is_in(key, taken))
+    t = twins[h]
     c, d = tail[previous_halfedge(h)], tail[previous_halfedge(t)]
+    gained = gain(tail[h], head[h], c, d)
     new = np.minimum(c, d) * n + np.maximum(c, d)
-    able = (c != d) & ~_is_in(new, np.unique(key)) & ~_is_in(new, taken) & _stays_upright(points, a, b, c, d)
-    h, t, excess, new = h[able], t[able], excess[able], new[able]
-    # Worst edges first; each new edge once; then those that are first in both their triangles.
-    order = np.lexsort((h, -excess))
+    able = (gained > _LEAST_GAIN) & (c != d) & ~_is_in(new, np.unique(key)) & ~_is_in(new, taken)
+    h, t, gained, new = h[able], t[able], gained[able], new[able]
+    # Greatest gains first; each new edge once; then those that are first in both their triangles.
+    order = np.lexsort((h, -gained))
     h, t, new = h[order], t[order], new[order]
     once = np.sort(np.unique(new, return_index=True)[1])
     h, t = h[once], t[once]
@@ -70,8 +96,8 @@ def _edges_to_flip(points: Floats, triangles: Ints, taken: Ints, least_gain: flo
     rank = np.arange(len(h))
     np.minimum.at(first, h // 3, rank)
     np.minimum.at(first, t // 3, rank)
-    chosen: Ints = h[(first[h // 3] == rank) & (first[t // 3] == rank)]
-    return chosen
+    chosen = (first[h // 3] == rank) & (first[t // 3] == rank)
+    return h[chosen], t[chosen]
 
 
 def _is_in(keys: Ints, ordered: Ints) -> Bools:
@@ -82,14 +108,12 @@ def _is_in(keys: Ints, ordered: Ints) -> Bools:
     return found
 
 
-def _facing_angles(points: Floats, triangles: Ints) -> Floats:
-    """(3T,) angle at the corner that faces each halfedge."""
-    p = points[triangles]
-    angles = np.empty((len(triangles), 3))
-    for k in range(3):
-        u, v = p[:, k] - p[:, (k + 2) % 3], p[:, (k + 1) % 3] - p[:, (k + 2) % 3]
-        angles[:, k] = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(1))
-    return angles.ravel()
+def _angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
+    """Angle at one corner of triangles."""
+    u, v = points[a] - points[apex], points[b] - points[apex]
+    along: Floats = (u * v).sum(1)
+    angle: Floats = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), along).astype(np.float64)
+    return angle
 
 
 def _stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:

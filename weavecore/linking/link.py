@@ -17,6 +17,7 @@ from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
 from weavecore.linking.rings import RingLinker
 from weavecore.linking.splicing import faces_with_long_links, splice
+from weavecore.linking.uprighting import node_normals, turn_upright
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 
@@ -76,6 +77,8 @@ def link_latitudes(
     taken = np.concatenate([ring_edges, zipped.where(~is_wanted[zipped.band]).edges()])
     nodes, filled = _fill(latitudes, linker.nodes, places, np.flatnonzero(is_wanted), taken, length)
     faces = splice(zipped, bad, filled, ring_edges)
+    normals = node_normals(latitudes, latitude, station, faces, len(nodes))
+    faces = turn_upright(latitudes.surface, nodes, normals, faces, ring_edges)
     if not design.has_diagonals:
         faces = pair_triangles(faces, nodes, ring_edges)
     tell(0.9, "putting the lattice together")

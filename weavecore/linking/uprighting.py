@@ -1,0 +1,98 @@
+"""Turning over triangles that look against the surface, as they may where a lattice is coarser than a fold."""
+
+from __future__ import annotations
+
+from typing import Optional
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.delaunay import turn_edges
+from weavecore.linking.cells import NO_CORNER, BandFaces
+from weavecore.linking.division import segments_at
+from weavecore.model.latitudes import Latitudes
+from weavecore.model.surface import SurfaceMesh
+
+_UPRIGHT = 0.2
+"""Cosine between a triangle's normal and the surface's that an edge is turned for."""
+_DOUBTFUL = 0.9
+"""Below this cosine to the normals at its corners a triangle is compared with the surface at its middle."""
+
+
+class _Uprightness:
+    """How triangles look: the cosine of the angle between their normals and those of the surface."""
+
+    def __init__(self, surface: SurfaceMesh, nodes: Floats, normals: Floats) -> None:
+        self._surface = surface
+        self._nodes = nodes
+        self._normals = normals
+        self._tree: Optional[cKDTree] = None
+
+    def of(self, a: Ints, b: Ints, c: Ints) -> Floats:
+        """By corners, one value a triangle."""
+        pa, pb, pc = self._nodes[a], self._nodes[b], self._nodes[c]
+        area = np.cross(pb - pa, pc - pa)
+        cosine = _cosine(area, self._normals[a] + self._normals[b] + self._normals[c])
+        doubtful = np.flatnonzero(cosine < _DOUBTFUL)
+        if len(doubtful):
+            if self._tree is None:
+                self._tree = cKDTree(self._surface.vertices[self._surface.faces].mean(1))
+            _, face = self._tree.query((pa + pb + pc)[doubtful] / 3)
+            cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face])
+        return cosine
+
+
+def _cosine(u: Floats, v: Floats) -> Floats:
+    along: Floats = (u * v).sum(1)
+    size = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)
+    return np.divide(along, size, out=np.zeros_like(along), where=size > 0)
+
+
+def turn_upright(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces, ring_edges: Ints) -> BandFaces:
+    """Turn edges of triangles that look against the surface, where both new ones look along with it.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    nodes, normals : (N, 3) float64
+        The nodes, and where the surface looks there.
+    faces : BandFaces
+    ring_edges : (E, 2) int64
+        Edges that stay, the lesser node first.
+    """
+    is_triangle = faces.corners[:, 3] == NO_CORNER
+    triangles = faces.corners[is_triangle, :3]
+    uprightness = _Uprightness(surface, nodes, normals)
+
+    def gain(a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
+        before = np.minimum(uprightness.of(a, b, c), uprightness.of(b, a, d))
+        gained = np.zeros(len(a))
+        fallen = np.flatnonzero(before <= 0)
+        a, b, c, d = a[fallen], b[fallen], c[fallen], d[fallen]
+        after = np.minimum(uprightness.of(c, a, d), uprightness.of(d, b, c))
+        gained[fallen] = np.where(after > _UPRIGHT, after - before[fallen], 0.0)
+        return gained
+
+    if (uprightness.of(*triangles.T) > 0).all():
+        return faces
+    n = np.int64(len(nodes))
+    fixed = np.concatenate([ring_edges, faces.where(~is_triangle).edges()])
+    corners = faces.corners.copy()
+    corners[is_triangle, :3] = turn_edges(triangles, len(nodes), np.unique(fixed[:, 0] * n + fixed[:, 1]), gain)
+    return BandFaces(corners, faces.band)
+
+
+def node_normals(latitudes: Latitudes, latitude: Ints, station: Floats, faces: BandFaces, n_nodes: int) -> Floats:
+    """Where the surface looks at each node (N, 3), not of unit length; at a hub, where it looks at the nodes around."""
+    polylines = latitudes.polylines
+    start = segments_at(polylines, latitude, station)
+    ends = polylines.offsets[latitude + 1] - 1
+    after = np.where(start == ends, polylines.offsets[latitude], start + 1)
+    of_face = latitudes.surface.face_normals
+    normals = np.zeros((n_nodes, 3))
+    normals[: len(latitude)] = of_face[polylines.face[start]] + of_face[polylines.face[after]]
+    tail, head, _ = faces.sides()
+    to_hub = head >= len(latitude)
+    np.add.at(normals, head[to_hub], normals[tail[to_hub]])
+    return normals
