@@ -57,28 +57,29 @@ def offset_levels(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
         raise Unsupported(
             f"A spacing of {spacing:g} is no distance", remedy="Give a positive length in the surface's unit."
         )
-    _check_start(surface)
     fine = _refine(surface, longest=spacing / EDGES_PER_SPACING)
     field = measure_distance(fine, progress=progress)
+    if np.isinf(field.distance).any():
+        raise _never_reached(surface)
     return trace_latitudes(fine, field, spacing=spacing)
 
 
-def _check_start(surface: SurfaceMesh) -> None:
-    """Every component must have a border or a cut: distances start there."""
-    starts = np.zeros(surface.component_of_face.max() + 1, bool)
-    starts[surface.component_of_face[np.flatnonzero((surface.twins == NO_TWIN) | surface.is_cut) // 3]] = True
-    if not starts.all():
-        closed = np.flatnonzero(~starts[surface.component_of_face])
-        raise Unsupported(
-            "A closed component with no border to start from and no cut",
-            remedy="Cut it in two first, by a plane or by itself.",
-            ids=closed.tolist(),
-            kind="face",
-        )
+def _never_reached(surface: SurfaceMesh) -> Unsupported:
+    """Distances start at borders and cuts: there are components without."""
+    start = np.flatnonzero((surface.twins == NO_TWIN) | surface.is_cut) // 3
+    closed = ~np.isin(surface.component_of_face, surface.component_of_face[start])
+    return Unsupported(
+        "A closed component with no border to start from and no cut",
+        remedy="Cut it in two first, by a plane or by itself.",
+        ids=np.flatnonzero(closed).tolist(),
+        kind="face",
+    )
 
 
 def _refine(surface: SurfaceMesh, *, longest: float) -> SurfaceMesh:
     """The surface with no edge longer than that, but for its borders and cuts; itself if there is none."""
+    if surface.edge_lengths.max() <= longest:
+        return surface
     refined = refine_faces(surface.vertices, surface.faces, longest=longest, protected=surface.is_cut)
     if len(refined.faces) == surface.n_faces:
         return surface
