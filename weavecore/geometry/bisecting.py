@@ -28,26 +28,55 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
         For each point one of the given ones in the same connected piece; itself if it was given.
     """
     origin = np.arange(len(points))
-    edges, of_side = unique_edges(triangles)
-    stays = np.bincount(of_side.ravel()) == 1
-    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    longest = max(longest, float(length[stays].max(initial=0.0)))
+    flag = _side_lengths(points, triangles) > longest
+    longest = max(longest, _longest_border(points, triangles, flag))
+    settled = []
     for _ in range(_MOST_ROUNDS):
-        edges = unique_edges(triangles)[0]
-        is_long = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1) > longest
+        flag &= _side_lengths(points, triangles) > longest
+        # Long edges make long ones only in their own triangles.
+        rests = ~flag.any(1)
+        settled.append(triangles[rests])
+        triangles, flag = triangles[~rests], flag[~rests]
         n = len(points)
-        points, triangles, step = bisect_edges(points, triangles, is_long)
-        origin = origin[step]
+        points, triangles, ends = _bisect_sides(points, triangles, flag)
+        origin = np.concatenate([origin, origin[ends]])
+        flag = np.ones(triangles.shape, bool)
         if len(points) == n:
             break
-    return points, triangles, origin
+    return points, np.concatenate([*settled, triangles]), origin
+
+
+def _side_lengths(points: Floats, triangles: Ints) -> Floats:
+    """(T, 3) length of each side."""
+    square = np.zeros(triangles.shape)
+    for column in np.ascontiguousarray(points.T):
+        corner = column[triangles]
+        square += (corner[:, [1, 2, 0]] - corner) ** 2
+    lengths: Floats = np.sqrt(square)
+    return lengths
+
+
+def _longest_border(points: Floats, triangles: Ints, flag: Bools) -> float:
+    """The longest of the edges of one triangle among those with flagged sides."""
+    side = np.flatnonzero(flag)
+    single, count = np.unique(_keys(triangles).ravel()[side], return_counts=True)
+    n = np.int64(triangles.max(initial=0) + 1)
+    ends = single[count == 1]
+    return float(np.linalg.norm(points[ends // n] - points[ends % n], axis=1).max(initial=0.0))
+
+
+def _keys(triangles: Ints) -> Ints:
+    """(T, 3) a number for the edge of each side: equal for the two sides of an edge."""
+    head = triangles[:, [1, 2, 0]]
+    n = np.int64(triangles.max(initial=0) + 1)
+    keys: Ints = np.minimum(triangles, head) * n + np.maximum(triangles, head)
+    return keys
 
 
 def unique_edges(triangles: Ints) -> tuple[Ints, Ints]:
     """Edges (E, 2), the lesser point first, sorted; and the edge (T, 3) of each side of each triangle."""
-    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    key, of_side = np.unique(_keys(triangles), return_inverse=True)
     n = np.int64(triangles.max(initial=0) + 1)
-    key, of_side = np.unique(np.minimum(tail, head) * n + np.maximum(tail, head), return_inverse=True)
     return np.c_[key // n, key % n], of_side.reshape(-1, 3)
 
 
@@ -56,20 +85,29 @@ def bisect_edges(points: Floats, triangles: Ints, chosen: Bools) -> tuple[Floats
 
     Returns what `bisect_long_edges` does.
     """
-    edges, of_side = unique_edges(triangles)
-    chosen = chosen & (np.bincount(of_side.ravel(), minlength=len(edges)) > 1)
-    n = len(points)
-    new = np.full(len(edges), -1, np.int64)
-    new[chosen] = n + np.arange(int(chosen.sum()))
-    a, b = edges[chosen].T
+    points, triangles, ends = _bisect_sides(points, triangles, chosen[unique_edges(triangles)[1]])
+    return points, triangles, np.concatenate([np.arange(len(points) - len(ends)), ends])
+
+
+def _bisect_sides(points: Floats, triangles: Ints, flag: Bools) -> tuple[Floats, Ints, Ints]:
+    """Split the edges with flagged sides (T, 3), both sides or none; with each new point one end of its edge."""
+    side = np.flatnonzero(flag)
+    edges, of_side, count = np.unique(_keys(triangles).ravel()[side], return_inverse=True, return_counts=True)
+    inner = count > 1
+    number = np.where(inner, len(points) + np.cumsum(inner) - 1, -1)
+    middle = np.full(triangles.shape, -1, np.int64)
+    middle.ravel()[side] = number[of_side.ravel()]
+    n = np.int64(triangles.max(initial=0) + 1)
+    a, b = edges[inner] // n, edges[inner] % n
+    touched = (middle >= 0).any(1)
     points = np.concatenate([points, (points[a] + points[b]) / 2])
-    return points, _split(points, triangles, new[of_side]), np.concatenate([np.arange(n), a])
+    return points, np.concatenate([triangles[~touched], _split(points, triangles[touched], middle[touched])]), a
 
 
 def _split(points: Floats, triangles: Ints, middle: Ints) -> Ints:
-    """Triangles with a new point on some sides (-1 on the others), each cut in up to four."""
+    """Triangles with a new point on some of their sides (-1 on the others), each cut in up to four."""
     count = (middle >= 0).sum(1)
-    out = [triangles[count == 0]]
+    out: list[Ints] = [np.zeros((0, 3), np.int64)]
     # Turned so that the split side, or the one whole side, is the first.
     one = np.flatnonzero(count == 1)
     if len(one):

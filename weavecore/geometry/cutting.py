@@ -54,6 +54,8 @@ class Cells:
     ----------
     part_cell : (B,) int64
         Cell of each part of a cell's boundary.
+    part_after : (B,) int64
+        The next part around the same cell.
     part_start, part_end : (B,) int64
         Its ends, as vertex numbers, the cell on the left.
     cell_piece : (C,) int64
@@ -67,6 +69,7 @@ class Cells:
     """
 
     part_cell: Ints
+    part_after: Ints
     part_start: Ints
     part_end: Ints
     cell_piece: Ints
@@ -169,7 +172,7 @@ def cut_along(faces: Ints, twins: Ints, marks: Marks) -> Cells:
     edge_piece = np.repeat(face_piece, 3)
     first = perimeters.first_part(np.arange(3 * len(faces)))
     edge_piece[first != NONE] = cell_piece[cell[first[first != NONE]]]
-    return Cells(cell, start, end, cell_piece, face_piece, left, right, edge_piece)
+    return Cells(cell, follower, start, end, cell_piece, face_piece, left, right, edge_piece)
 
 
 def _followers(perimeters: _Perimeters, marks: Marks, segments: Ints) -> Ints:

@@ -14,6 +14,8 @@ from weavecore.linking.open_mesh import OpenMesh, open_mesh
 from weavecore.model.latitudes import Latitudes
 
 _LONGEST = 0.5
+_NO_FAN = 4
+"""A cell of up to so many sides is cut into triangles by its diagonal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,21 +69,42 @@ def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_len
     band_of_piece[side_piece] = rows_of(bands.offsets)[sides]
     points, triangles, band = _triangles(mesh, curves, cells, band_of_piece)
 
-    # The same place is a different point in each band.
+    point, point_band, local = _apart(triangles, band, curves.marks.vertex, len(points), len(bands))
     n = np.int64(len(points))
-    key, local = np.unique(band[:, None] * n + triangles, return_inverse=True)
+    key = point_band * n + point
+    order = np.argsort(key)
     seat_offsets = offsets_of([len(nodes[p]) for p in bands.polyline[sides]])
     seat = np.full(len(key), NONE, np.int64)
     for rank, curve in enumerate(side_curve.tolist()):
         part = slice(curves.offsets[curve], curves.offsets[curve + 1])
-        at = np.searchsorted(key, rows_of(bands.offsets)[sides[rank]] * n + curves.marks.vertex[part])
-        seat[at] = seat_offsets[rank] + curves.index[part]
+        wanted_key = rows_of(bands.offsets)[sides[rank]] * n + curves.marks.vertex[part]
+        seat[order[np.searchsorted(key, wanted_key, sorter=order)]] = seat_offsets[rank] + curves.index[part]
     seat_rank = rows_of(seat_offsets)
     seat_index = np.arange(len(seat_rank)) - seat_offsets[seat_rank]
     seat_polyline = bands.polyline[sides][seat_rank]
     seat_band = rows_of(bands.offsets)[sides][seat_rank]
-    whole = BandMesh(points[key % n], local.reshape(-1, 3), key // n, seat, seat_band, seat_polyline, seat_index)
+    whole = BandMesh(points[point], local, point_band, seat, seat_band, seat_polyline, seat_index)
     return _refined(whole, *bisect_long_edges(whole.points, whole.triangles, _LONGEST * edge_length))
+
+
+def _apart(triangles: Ints, band: Ints, shared: Ints, n: int, n_bands: int) -> tuple[Ints, Ints, Ints]:
+    """Points numbered anew so that no two bands have one in common: old number, band, and the triangles.
+
+    Only the points ``shared`` can lie in several bands.
+    """
+    is_shared = np.zeros(n, bool)
+    is_shared[shared] = True
+    at = is_shared[triangles]
+    corner_band = np.broadcast_to(band[:, None], triangles.shape)
+    key, number = np.unique(triangles[at] * np.int64(n_bands) + corner_band[at], return_inverse=True)
+    band_of = np.full(n, NONE, np.int64)
+    band_of[triangles[~at]] = corner_band[~at]
+    single = np.flatnonzero(band_of != NONE)
+    place = np.full(n, NONE, np.int64)
+    place[single] = np.arange(len(single))
+    local = place[triangles]
+    local[at] = len(single) + number.ravel()
+    return np.concatenate([single, key // n_bands]), np.concatenate([band_of[single], key % n_bands]), local
 
 
 def refine_edges(mesh: BandMesh, chosen: Bools) -> BandMesh:
@@ -108,16 +131,26 @@ def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: 
 
 
 def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
-    """Points, triangles and their bands: whole faces, and cells as fans about their middles."""
+    """Points, triangles and their bands: whole faces, and cells as one or two triangles or as fans."""
     face_band = np.where(cells.face_piece == NONE, NONE, band_of_piece[cells.face_piece])
     whole = np.flatnonzero(face_band != NONE)
     cell_band = band_of_piece[cells.cell_piece]
-    part = np.flatnonzero(cell_band[cells.part_cell] != NONE)
-    cell, fan = np.unique(cells.part_cell[part], return_inverse=True)
     points = np.concatenate([mesh.vertices, curves.points])
+    count = np.bincount(cells.part_cell, minlength=len(cell_band))
+    first = np.empty(len(cell_band), np.int64)
+    first[cells.part_cell] = np.arange(len(cells.part_cell))
+    small = np.flatnonzero((cell_band != NONE) & (count <= _NO_FAN))
+    second = cells.part_after[first[small]]
+    third = cells.part_after[second]
+    a, b, c, d = (cells.part_start[p] for p in (first[small], second, third, cells.part_after[third]))
+    four = count[small] == _NO_FAN
+    is_large = (cell_band != NONE) & (count > _NO_FAN)
+    large = np.flatnonzero(is_large)
+    part = np.flatnonzero(is_large[cells.part_cell])
+    fan = np.cumsum(is_large)[cells.part_cell[part]] - 1
     start, end = cells.part_start[part], cells.part_end[part]
-    count = np.bincount(fan)
-    middle = np.stack([np.bincount(fan, points[start, k]) for k in range(3)], axis=1) / count[:, None]
-    triangles = np.concatenate([mesh.faces[whole], np.c_[start, end, len(points) + fan]])
-    band = np.concatenate([face_band[whole], cell_band[cell][fan]])
-    return np.concatenate([points, middle]), triangles, band
+    size = np.maximum(np.bincount(fan, minlength=len(large)), 1)
+    middle = np.stack([np.bincount(fan, points[start, k], minlength=len(large)) for k in range(3)], axis=1)
+    triangles = [mesh.faces[whole], np.c_[a, b, c], np.c_[a, c, d][four], np.c_[start, end, len(points) + fan]]
+    band = [face_band[whole], cell_band[small], cell_band[small][four], cell_band[large][fan]]
+    return np.concatenate([points, middle / size[:, None]]), np.concatenate(triangles), np.concatenate(band)

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
-from weavecore.linking.band_mesh import BandMesh, mesh_bands, refine_edges
+from weavecore.linking.band_mesh import mesh_bands, refine_edges
 from weavecore.linking.voronoi import EdgeGraph, Regions
 from weavecore.model.latitudes import Latitudes
 
@@ -64,17 +64,20 @@ def fill_bands(
     first = offsets_of([len(stations) for stations in nodes])
     seat_node = first[mesh.seat_polyline] + mesh.seat_index
     graph = EdgeGraph(mesh)
-    hubs = _wide_places(mesh, graph, edge_length)
+    regions = Regions(mesh, graph, np.zeros(0, np.int64))
+    hubs = _wide_places(regions, edge_length)
     for _ in range(_MOST_REPAIRS):
-        regions = Regions(mesh, graph, hubs)
+        if len(hubs) != regions.n_hubs:
+            regions = Regions(mesh, graph, hubs)
         owner_node = np.concatenate([seat_node, len(places) + np.arange(len(hubs))])
         more, coarse = _missing_hubs(regions, owner_node, taken)
+        hubs = np.concatenate([hubs, more])
         if coarse.any():
             mesh = refine_edges(mesh, coarse)
             graph = EdgeGraph(mesh)
+            regions = Regions(mesh, graph, hubs)
         elif len(more) == 0:
             break
-        hubs = np.concatenate([hubs, more])
     else:
         raise Degenerate(
             "A band between two polylines is too small for its shape to be linked",
@@ -87,11 +90,10 @@ def fill_bands(
     return Filling(owner_node[triangles], owner_band[triangles[:, 0]], mesh.points[hubs])
 
 
-def _wide_places(mesh: BandMesh, graph: EdgeGraph, edge_length: float) -> Ints:
+def _wide_places(regions: Regions, edge_length: float) -> Ints:
     """Points for hubs: the deepest first, until no place is left that is far from sides and hubs."""
-    on_side = np.flatnonzero(mesh.seat >= 0)
-    _, source = graph.nearest(on_side)
-    depth = np.linalg.norm(mesh.points - mesh.points[source], axis=1)
+    mesh = regions.mesh
+    depth = np.linalg.norm(mesh.points - mesh.points[regions.source], axis=1)
     deep = np.flatnonzero(depth > HUB_DEPTH * edge_length)
     if len(deep) == 0:
         return deep

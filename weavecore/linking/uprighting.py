@@ -39,14 +39,15 @@ class _Uprightness:
             if self._tree is None:
                 self._tree = cKDTree(self._surface.vertices[self._surface.faces].mean(1))
             _, face = self._tree.query((pa + pb + pc)[doubtful] / 3)
-            cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face])
+            cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face.astype(np.int64)])
         return cosine
 
 
 def _cosine(u: Floats, v: Floats) -> Floats:
     along: Floats = (u * v).sum(1)
     size = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)
-    return np.divide(along, size, out=np.zeros_like(along), where=size > 0)
+    cosine: Floats = np.divide(along, size, out=np.zeros_like(along), where=size > 0)
+    return cosine
 
 
 def turn_upright(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces, ring_edges: Ints) -> BandFaces:

@@ -72,6 +72,7 @@ class Regions:
         self.distance, source = graph.nearest(np.concatenate([on_side, hubs]))
         self.owner: Ints = owner[source]
         self.source = source
+        self.n_hubs = len(hubs)
         self.n_owners = len(mesh.seat_index) + len(hubs)
 
     @cached_property
