@@ -238,7 +238,8 @@ def test_a_spacing_too_large_says_what_would_do():
         trace_latitudes(surface, flat_field(surface), spacing=5.0)
 
 
-def test_too_many_points_are_refused_before_they_are_made():
+@pytest.mark.parametrize("spacing", [1e-5, 1e-7, 1e-300])
+def test_too_many_points_are_refused_before_they_are_made(spacing):
     surface = flat_surface([circle(5.0, n=120)], 0.4)
     with pytest.raises(TooMuchWork, match="spacing of"):
-        trace_latitudes(surface, flat_field(surface), spacing=1e-7)
+        trace_latitudes(surface, flat_field(surface), spacing=spacing)

@@ -1,9 +1,9 @@
 """The bands: what is left of the surface when it is cut along all polylines.
 
 Each face is cut into pieces by the levels that pass through it; pieces that share a part of
-an edge belong to the same band.  The *elements* that are grouped are the nodes of the sheet and, where
-an edge is crossed more than once, its parts between two crossings: part ``n + c`` lies
-beyond crossing ``c``.  A piece needs no element of its own: it always touches one.
+an edge belong to the same band.  The *elements* that are grouped are the regions of nodes and,
+where an edge is crossed more than once, its parts between two crossings: element ``n_regions + c``
+lies beyond crossing ``c``.  A piece needs no element of its own: it always touches one.
 """
 
 from __future__ import annotations

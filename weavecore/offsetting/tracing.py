@@ -39,6 +39,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
     TooMuchWork
         When the polylines would have more than 30 million points.
     """
+    refuse_too_many_points(float(field.distance.max()) / spacing, spacing)
     sheet = split_ridges(open_sheet(surface, field), surface.edge_lengths, spacing=spacing)
     regions = group_nodes(sheet, spacing=spacing)
     if not regions.band.any():
