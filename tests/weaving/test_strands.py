@@ -20,7 +20,7 @@ def edges_of(strands, s):
 
 @pytest.mark.parametrize("pattern", ["triangular", "quad"])
 @pytest.mark.parametrize(("make", "spacing"), [(hemisphere, 0.12), (dumbbell, 0.17), (pair_of_pants, 0.2)])
-def test_every_edge_lies_in_one_strand_of_its_family(make, spacing, pattern):
+def test_every_edge_lies_in_one_strand_and_rings_keep_to_themselves(make, spacing, pattern):
     lattice = linked(make(), spacing, pattern=pattern)
     strands = find_strands(lattice)
     family = dict(zip(map(tuple, lattice.edges.tolist()), lattice.edge_family.tolist()))
@@ -28,7 +28,9 @@ def test_every_edge_lies_in_one_strand_of_its_family(make, spacing, pattern):
     for s in range(len(strands)):
         pairs = edges_of(strands, s)
         used.update(pairs)
-        assert {family[pair] for pair in pairs} == {strands.family[s]}
+        own, found = strands.family[s], {family[pair] for pair in pairs}
+        assert found <= {LONGITUDINAL, POCKET} if own == LONGITUDINAL else found == {own}
+        assert own in found
     assert used == Counter(family.keys())
 
 
@@ -63,12 +65,14 @@ def test_rods_other_than_rings_hardly_ever_bend_sharply():
     assert np.median(bends) < np.radians(20)
 
 
-def test_the_stakes_of_a_tube_run_from_the_border_to_the_pocket():
+def test_the_stakes_of_a_tube_run_from_border_to_border_through_the_pocket():
     lattice = linked(cylinder(height=3.9), 0.3)
     strands = find_strands(lattice)
     generation = lattice.latitudes.generation[lattice.node_latitude]
-    deepest = generation.max()
-    for s in np.flatnonzero(strands.family == LONGITUDINAL):
-        steps = np.diff(generation[strands.strand(s)])
-        assert (steps == steps[0]).all()
-        assert {generation[strands.strand(s)[0]], generation[strands.strand(s)[-1]]} == {0, deepest}
+    whole = 0
+    stakes = np.flatnonzero(strands.family == LONGITUDINAL)
+    for s in stakes:
+        along = generation[strands.strand(s)]
+        whole += along[0] == along[-1] == 0
+        assert {along[0], along[-1]} <= {0, generation.max()}
+    assert whole > 0.5 * len(stakes)

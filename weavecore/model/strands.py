@@ -20,7 +20,8 @@ class Strands:
     nodes : (…,) int64
         The first node of a closed strand is not repeated at its end.
     family : (S,) int64
-        `LATITUDINAL`, `LONGITUDINAL` or `POCKET`; families are not mixed within a strand.
+        `LATITUDINAL`, `LONGITUDINAL` or `POCKET`.  Latitudinal edges keep to themselves; a longitudinal
+        strand may go on along edges of a pocket.
     closed : (S,) bool
     """
 

@@ -1,4 +1,4 @@
-"""What must hold of `Strands`: every edge of the lattice lies in exactly one, of its own family."""
+"""What must hold of `Strands`: every edge of the lattice lies in exactly one, and rings keep to themselves."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from weavecore.geometry.arrays import next_in_loop, rows_of
-from weavecore.model.lattice import Lattice
+from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.strands import Strands
 from weavecore.validating.report import Finding, count
 
@@ -31,5 +31,7 @@ def check_strands(strands: Strands, lattice: Lattice) -> Iterator[Finding]:
     edge, strand = edge[known], owner[step[known]]
     times = np.bincount(edge, minlength=lattice.n_edges)
     yield count("edges_not_in_one_strand", np.flatnonzero(times != 1), "edge")
-    mixed = lattice.edge_family[edge] != strands.family[strand]
+    # A longitude may go on through a pocket; a ring keeps to itself.
+    family = lattice.edge_family[edge]
+    mixed = (family < strands.family[strand]) | ((strands.family[strand] == LATITUDINAL) & (family != LATITUDINAL))
     yield count("strands_of_mixed_families", strand[mixed], "strand")

@@ -6,7 +6,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints
 from weavecore.geometry.fans import NONE, darts_across, find_fans
-from weavecore.model.lattice import Lattice
+from weavecore.model.lattice import LATITUDINAL, Lattice
 
 
 def find_straight(lattice: Lattice) -> tuple[Ints, Bools]:
@@ -22,10 +22,10 @@ def find_straight(lattice: Lattice) -> tuple[Ints, Bools]:
     """
     fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
     across = darts_across(fans, lattice.edges)
-    node, family = lattice.edges.ravel(), np.repeat(lattice.edge_family, 2)
+    node, is_ring = lattice.edges.ravel(), np.repeat(lattice.edge_family == LATITUDINAL, 2)
     known = np.flatnonzero(across != NONE)
     is_mixed = np.zeros(lattice.n_nodes, bool)
-    is_mixed[node[known[family[known] != family[across[known]]]]] = True
+    is_mixed[node[known[is_ring[known] != is_ring[across[known]]]]] = True
     across[is_mixed[node]] = NONE
     border = np.flatnonzero(fans.on_border)
     first, last = (side[border] for side in (fans.first_side, fans.last_side))

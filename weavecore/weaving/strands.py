@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from weavecore.geometry.arrays import Bools, Ints, offsets_of
 from weavecore.geometry.matching import ALONE, match_greedily
-from weavecore.model.lattice import LATITUDINAL, Lattice
+from weavecore.model.lattice import LATITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
 from weavecore.weaving.straight import find_straight
 
@@ -58,7 +58,9 @@ def find_strands(lattice: Lattice) -> Strands:
     is_open[chain[heads]] = True
     start[chain[heads]] = heads
     chains = np.unique(chain[kept])
-    family = lattice.edge_family[least[chains] // 2]
+    families = np.full(count, POCKET)
+    np.minimum.at(families, chain, lattice.edge_family[dart // 2])
+    family = families[chains]
     chains = chains[np.lexsort((least[chains], family))]
     return _write(lattice, follower, before, chain, chains, start, is_open)
 
@@ -89,7 +91,8 @@ def _write(
     inside[offsets[1:][~closed] - 1] = False
     nodes[inside] = tails
     nodes[~inside] = heads[np.cumsum(size)[~closed] - 1]
-    return Strands(offsets, nodes, lattice.edge_family[order[offsets_of(size)[:-1]] // 2], closed)
+    families = np.minimum.reduceat(lattice.edge_family[order // 2], offsets_of(size)[:-1])
+    return Strands(offsets, nodes, families, closed)
 
 
 def _followers(lattice: Lattice) -> Ints:
@@ -98,7 +101,8 @@ def _followers(lattice: Lattice) -> Ints:
     away = lattice.nodes[lattice.edges.ravel().reshape(-1, 2)[:, ::-1].ravel()] - lattice.nodes[tail]
     away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
     family = np.repeat(lattice.edge_family, 2)
-    one, other = _pairs_of_equals(tail * 3 + family)
+    # Rings keep to themselves; a longitude may go on through a pocket, where nothing of its own kind goes on.
+    one, other = _pairs_of_equals(tail * 2 + (family == LATITUDINAL))
     bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
     straight, on_border = find_straight(lattice)
     is_straight = straight[one] == other
@@ -106,7 +110,7 @@ def _followers(lattice: Lattice) -> Ints:
     is_free = (bend <= MOST_BEND) | (family[one] == LATITUDINAL)
     allowed = is_free & (is_straight | ~on_border[tail[one]])
     # What goes straight across comes before all else.
-    cost = np.where(is_straight, bend - 2.0 * np.pi, bend)
+    cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
     partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
     # A dart arrives where its reverse leaves.
     arrival = np.arange(len(tail)) ^ 1
