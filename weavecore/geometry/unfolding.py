@@ -38,6 +38,7 @@ class Unfolding:
     on_wall : (V,) whether a vertex lies on a wall
     excess : (V,) angle above a full turn at inner vertices, 0 on walls
     mean_length : (V,) mean length of the edges at each vertex
+    roughness : float, how far nine in ten inner vertices are from flat at most: their angle off a full turn
     """
 
     def __init__(self, vertices: Floats, faces: Ints, twins: Ints) -> None:
@@ -56,6 +57,7 @@ class Unfolding:
         wall = twins == NO_TWIN
         self.on_wall[self.tail[wall]] = self.on_wall[self.head[wall]] = True
         self.excess = np.where(self.on_wall, 0.0, self.total_angle - 2 * np.pi)
+        self.roughness = float(np.quantile(np.abs(self.excess[~self.on_wall]), 0.9)) if not self.on_wall.all() else 0.0
         total = np.bincount(self.tail, self.length, n) + np.bincount(self.head, self.length, n)
         count = np.bincount(self.tail, minlength=n) + np.bincount(self.head, minlength=n)
         self.mean_length = total / np.maximum(count, 1)

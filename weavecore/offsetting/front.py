@@ -14,7 +14,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, sorted_unique
 from weavecore.geometry.unfolding import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.offsetting.rays import Rays, advance, offer_start
 from weavecore.offsetting.records import Records
-from weavecore.offsetting.seeds import RAY_SPACING
+from weavecore.offsetting.seeds import ray_spacing
 
 WIDEST = 1.0
 WIDE_GAP = 1.5  # ray spacings from which on a gap is filled
@@ -38,7 +38,7 @@ class Look:
         self.aside = self.points[self.next] - self.points
         self.gap = np.where(self.linked, np.sqrt(np.einsum("ij,ij->i", self.aside, self.aside)), -1.0)
         ends = frames.tail[rays.halfedge], frames.head[rays.halfedge]
-        self.spacing = RAY_SPACING * np.minimum(
+        self.spacing = ray_spacing(frames) * np.minimum(
             np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]]), WIDEST
         )
 

@@ -14,12 +14,18 @@ from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.unfolding import Unfolding
 from weavecore.offsetting.rays import Rays
 
-RAY_SPACING = 0.35  # of the mean edge length nearby
+SMOOTH, ROUGH = (0.002, 0.5), (0.006, 0.35)  # roughness, and the ray spacing there in mean edge lengths nearby
 LONG_WALL = 2.0  # of that length, or of the median: such an edge of a wall is longer than the mesh behind it is fine
 MOST_EDGES = 1000  # edges of median length along one edge of a wall that rays are seeded for
 LEAST_WEDGE = 0.02  # radians; a smaller one is left to the strips beside it
 FAN_ANGLE = 0.1  # radians between the rays of a fan
 _OFF_THE_CORNER = 1e-9  # of the edge: rays from a vertex start this far along an edge
+
+
+def ray_spacing(frames: Unfolding) -> float:
+    """How far apart rays are kept, in mean edge lengths nearby: on rough surfaces nearer than on smooth ones."""
+    at, spacing = zip(SMOOTH, ROUGH)
+    return float(np.interp(frames.roughness, np.array(at), np.array(spacing)))
 
 
 def seed_rays(frames: Unfolding) -> Rays:
@@ -65,7 +71,7 @@ def _strips(frames: Unfolding, wall: Ints) -> tuple[Rays, Ints, Ints]:
     """Rays at right angles to the wall halfedges, and the first and last of each."""
     length = frames.length[wall]
     nearby = _length_nearby(frames, wall)
-    count = np.maximum(1, np.ceil(length / (RAY_SPACING * nearby) * 0.999)).astype(np.int64)
+    count = np.maximum(1, np.ceil(length / (ray_spacing(frames) * nearby) * 0.999)).astype(np.int64)
     offsets = offsets_of(count)
     owner = rows_of(offsets)
     n, width = len(owner), (length / count)[owner]

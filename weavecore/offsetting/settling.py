@@ -17,7 +17,7 @@ from weavecore.geometry.unfolding import Unfolding
 from weavecore.offsetting.rays import front_distance
 from weavecore.offsetting.records import NO_HALFEDGE, Records
 
-STEEP = 1.05  # squared slope of a face from which on its corners are looked at again
+STEEP = 1.1  # squared slope of a face from which on its corners are looked at again
 LEAST_GAIN = 0.02  # mean edge lengths by which a neighbour must know better
 ROUNDEST = 0.2  # bound of the curvature of a front that closes, per mean edge length
 _MOST_ROUNDS = 500
@@ -81,7 +81,7 @@ class _Sight:
         """Curvature of the front at each vertex: the Laplacian of the distance (cotangent weights)."""
         f, n = self.frames, len(self.distance)
         double_area = f.length * f.apex_y
-        cotangent = (f.apex_x * (f.apex_x - f.length) + f.apex_y**2) / double_area
+        cotangent = (f.apex_x * (f.apex_x - f.length) + f.apex_y * f.apex_y) / double_area
         flow = cotangent * (self.distance[f.head] - self.distance[f.tail]) / 2
         total = np.bincount(f.tail, flow, n) - np.bincount(f.head, flow, n)
         curvature = total / np.bincount(f.tail, double_area / 6, n)
