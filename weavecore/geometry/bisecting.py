@@ -117,9 +117,7 @@ def _split(points: Floats, triangles: Ints, middle: Ints) -> Ints:
     if len(two):
         (a, b, c), (_, bc, ca) = _turned(triangles[two], middle[two], np.argmax(middle[two] < 0, axis=1))
         short = np.linalg.norm(points[a] - points[bc], axis=1) <= np.linalg.norm(points[b] - points[ca], axis=1)
-        first = np.where(short[:, None], np.c_[a, b, bc], np.c_[a, b, ca])
-        second = np.where(short[:, None], np.c_[a, bc, ca], np.c_[b, bc, ca])
-        out += [first, second, np.c_[ca, bc, c]]
+        out += [np.c_[a, b, np.where(short, bc, ca)], np.c_[np.where(short, a, b), bc, ca], np.c_[ca, bc, c]]
     three = np.flatnonzero(count == 3)
     if len(three):
         (a, b, c), (ab, bc, ca) = triangles[three].T, middle[three].T
