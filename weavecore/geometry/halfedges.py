@@ -93,26 +93,22 @@ def border_loops(faces: Ints, twins: Ints) -> list[Ints]:
 def pinched_vertices(faces: Ints, twins: Ints, n_vertices: int) -> Ints:
     """Vertices where two or more fans of faces touch.
 
-    A closed fan has as many edges as faces, an open one has one more; so the faces at a
-    vertex make exactly one fan when turning about it from one of them meets them all.
+    Turning about a vertex from one of its corners, first in its fan where that is open, meets all
+    corners of that fan; where there are more, they are of another one.
     """
-    fans = np.bincount(_fan_of_corner_roots(faces, twins), minlength=n_vertices)
-    return np.flatnonzero(fans > 1)
-
-
-def _fan_of_corner_roots(faces: Ints, twins: Ints) -> Ints:
-    """The vertex of one corner out of each fan: corners joined across the edges they share."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    inner = np.flatnonzero(twins != NO_TWIN)
-    turned = next_halfedge(twins[inner])  # the corner at the same vertex, across the edge
-    n = len(twins)
-    links = coo_matrix((np.ones(len(inner), bool), (inner, turned)), shape=(n, n))
-    _, fan = connected_components(links, directed=False)
-    _, root = np.unique(fan, return_index=True)
-    tails: Ints = faces.ravel()[root]
-    return tails
+    corners = faces.ravel()
+    first = np.full(n_vertices, NO_TWIN)
+    first[corners] = np.arange(len(corners))
+    border = np.flatnonzero(twins == NO_TWIN)
+    first[corners[border]] = border
+    start = first[first != NO_TWIN]
+    at, met = start, np.zeros(n_vertices, np.int64)
+    while len(at):
+        met[corners[at]] += 1
+        at = twins[previous_halfedge(at)]
+        going = (at != NO_TWIN) & (at != start)
+        at, start = at[going], start[going]
+    return np.flatnonzero(met != np.bincount(corners, minlength=n_vertices))
 
 
 def components(twins: Ints, barrier: Bools | None = None) -> tuple[int, Ints]:
