@@ -15,7 +15,7 @@ from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.tracing import trace_latitudes
 from weavecore.offsetting.wavefront import measure_distance
 
-EDGES_PER_SPACING = 1.4
+EDGES_PER_SPACING = 2.0
 """The mesh is refined until every inner edge is at most this part of the spacing."""
 
 Progress = Optional[Callable[[float, str], None]]
