@@ -245,7 +245,7 @@ def info(input_file: Input) -> None:
     """Tell what a file holds, and of each object whether it can be woven, or why not."""
     from weavecore.pipeline import inspect_file
 
-    report = inspect_file(input_file)
+    report = inspect_file(input_file, guarded=True)
     version = f", version {report.version}" if report.version else ""
     unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"
     typer.echo(f"{input_file.name}: {report.format}{version}, {unit}")
@@ -293,7 +293,7 @@ def _read(path: Path, layer: Optional[str], name: Optional[str], plane: Optional
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", UnitUnknown)
-        surface = pipeline.read_surface(path, layer=layer, object=name, cut_plane=cut_plane)
+        surface = pipeline.read_surface(path, layer=layer, object=name, cut_plane=cut_plane, guarded=True)
     for warning in caught:
         typer.echo(f"weavecore: warning: {UnitUnknown.code}: {warning.message}", err=True)
     return surface
