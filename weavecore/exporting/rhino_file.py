@@ -2,8 +2,7 @@
 
 Layers: ``weave::latitudes::00`` and on by generation; ``weave::longitudes::00`` and on by the
 generation at which a strand begins; ``weave::pockets``; ``weave::nodes``; ``weave::lattice``.
-Of a weave, ``weave::rods::`` and a family have the axes of the rods instead of the strands, coloured by
-how much they are bent.  A surface alone lies on ``weave::surface``.  Layers carry the colours, objects follow them.
+Of a weave, ``weave::rods::`` and a family have the axes of the rods too, coloured by how much they are bent.  A surface alone lies on ``weave::surface``.  Layers carry the colours, objects follow them.
 Closed polylines repeat their first point, as Rhino's do.
 """
 
@@ -36,10 +35,10 @@ def encode_3dm(product: Product) -> bytes:
         return document.encode()
     _add_latitudes(document, product.latitudes)
     if product.lattice is not None:
+        if product.strands is not None:
+            _add_strands(document, product.strands, product.lattice)
         if product.weave is not None:
             add_rods(document, product.weave)
-        elif product.strands is not None:
-            _add_strands(document, product.strands, product.lattice)
         texts = {"pattern": product.lattice.pattern, "edge_length": product.lattice.edge_length}
         document.add_points(product.lattice.nodes, document.layer("weave::nodes", NODES), "nodes", texts)
         _add_faces(document, product, "lattice", "lattice")
