@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
 _MOST_ROUNDS = 60
+_SHORTEST = 1e-6  # of an edge: borders may be that near to each other
 
 
 def circle(radius, centre=(0.0, 0.0), n=48):
@@ -48,6 +49,8 @@ def plate(loops, edge, jitter=0.0, rng=None):
     for _ in range(_MOST_ROUNDS):
         triangles = Delaunay(points).simplices.astype(np.int64)
         missing = ~_are_sides(segments, triangles, len(points))
+        # Delaunay leaves out points that rounding puts on a straight side: no cutting brings those back.
+        missing &= np.linalg.norm(points[segments[:, 1]] - points[segments[:, 0]], axis=1) > _SHORTEST * edge
         if not missing.any():
             break
         a, b = segments[missing].T
