@@ -10,7 +10,7 @@ from scipy.spatial import Delaunay
 
 from planar_meshes import plate, rectangle
 from weavecore.geometry.bisecting import bisect_edges, bisect_long_edges, unique_edges
-from weavecore.geometry.delaunay import improve_triangles
+from weavecore.geometry.delaunay import improve_triangles, turn_edges
 from weavecore.geometry.matching import match_greedily
 
 NOTHING = np.zeros(0, np.int64)
@@ -110,3 +110,18 @@ def test_equal_pairs_are_made_in_the_order_of_their_numbers():
     one, other = np.array([2, 0, 1]), np.array([3, 1, 2])
     partner = match_greedily(one, other, np.ones(3), 4)
     np.testing.assert_array_equal(partner, [1, 0, 3, 2])
+
+
+def test_edges_at_one_corner_are_not_turned_together_where_gains_depend_on_each_other():
+    # A fan of six about a middle that wants only four: two edges go, not three or six.
+    turn = np.arange(6) * np.pi / 3
+    points = np.concatenate([[[0, 0, 0]], np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)])
+    k = np.arange(6)
+    fan = np.stack([0 * k, k + 1, (k + 1) % 6 + 1], axis=1)
+
+    def gain(triangles, a, b, c, d):
+        spokes = len(np.unique(triangles[(triangles == 0).any(1)])) - 1
+        return np.where((a == 0) | (b == 0), spokes - 4.0, 0.0)
+
+    turned = turn_edges(fan, 7, NOTHING, gain, one_a_corner=True)
+    assert len(np.unique(turned[(turned == 0).any(1)])) - 1 == 4

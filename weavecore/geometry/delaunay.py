@@ -16,8 +16,8 @@ from weavecore.geometry.halfedges import find_twins, halfedge_ends, next_halfedg
 _MOST_ROUNDS = 100
 _LEAST_GAIN = 1e-6
 
-Gain = Callable[[Ints, Ints, Ints, Ints], Floats]
-"""What turning each edge gains, from the corners a, b, c, d."""
+Gain = Callable[[Ints, Ints, Ints, Ints, Ints], Floats]
+"""What turning each edge gains, from all triangles and the corners a, b, c, d."""
 
 
 def improve_triangles(points: Floats, triangles: Ints, taken: Ints) -> Ints:
@@ -36,14 +36,14 @@ def improve_triangles(points: Floats, triangles: Ints, taken: Ints) -> Ints:
     (T, 3) int64
     """
 
-    def excess(a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
-        angles = _angle_at(points, c, a, b) + _angle_at(points, d, a, b)
-        return np.where(_stays_upright(points, a, b, c, d), angles - np.pi, 0.0)
+    def excess(_triangles: Ints, a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
+        angles = angle_at(points, c, a, b) + angle_at(points, d, a, b)
+        return np.where(stays_upright(points, a, b, c, d), angles - np.pi, 0.0)
 
     return turn_edges(triangles, len(points), taken, excess)
 
 
-def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> Ints:
+def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain, *, one_a_corner: bool = False) -> Ints:
     """Turn inner edges while one has a gain, the greatest first; what surface the triangles make stays the same.
 
     Parameters
@@ -55,6 +55,8 @@ def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> Ints:
         Sorted keys ``low * n_points + high`` of pairs of points that are joined already: such an
         edge is neither turned nor made.
     gain : callable
+    one_a_corner : bool
+        Whether the gain of an edge also changes when another one at the same corners is turned.
 
     Returns
     -------
@@ -63,7 +65,7 @@ def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> Ints:
     """
     triangles = triangles.copy()
     for _ in range(_MOST_ROUNDS):
-        h, t = _edges_to_turn(triangles, n_points, taken, gain)
+        h, t = _edges_to_turn(triangles, n_points, taken, gain, one_a_corner)
         if len(h) == 0:
             break
         flat = triangles.ravel()
@@ -74,8 +76,8 @@ def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> Ints:
     return triangles
 
 
-def _edges_to_turn(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> tuple[Ints, Ints]:
-    """Halfedges, with their twins, of edges to turn at once: no two of them in one triangle."""
+def _edges_to_turn(triangles: Ints, n_points: int, taken: Ints, gain: Gain, one_a_corner: bool) -> tuple[Ints, Ints]:
+    """Halfedges, with their twins, of edges to turn at once: no two of them in one triangle, or at one corner."""
     n = np.int64(n_points)
     twins = find_twins(triangles, n_points)
     tail, head = halfedge_ends(triangles)
@@ -83,7 +85,7 @@ def _edges_to_turn(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> t
     h = np.flatnonzero((np.arange(len(twins)) < twins) & ~_is_in(key, taken))
     t = twins[h]
     c, d = tail[previous_halfedge(h)], tail[previous_halfedge(t)]
-    gained = gain(tail[h], head[h], c, d)
+    gained = gain(triangles, tail[h], head[h], c, d)
     new = np.minimum(c, d) * n + np.maximum(c, d)
     able = (gained > _LEAST_GAIN) & (c != d) & ~_is_in(new, np.unique(key)) & ~_is_in(new, taken)
     h, t, gained, new = h[able], t[able], gained[able], new[able]
@@ -92,12 +94,21 @@ def _edges_to_turn(triangles: Ints, n_points: int, taken: Ints, gain: Gain) -> t
     h, t, new = h[order], t[order], new[order]
     once = np.sort(np.unique(new, return_index=True)[1])
     h, t = h[once], t[once]
-    first = np.full(len(triangles), len(h))
-    rank = np.arange(len(h))
-    np.minimum.at(first, h // 3, rank)
-    np.minimum.at(first, t // 3, rank)
-    chosen = (first[h // 3] == rank) & (first[t // 3] == rank)
+    chosen = _are_first([h // 3, t // 3], len(triangles))
+    if one_a_corner:
+        sides = [tail[h], head[h], tail[previous_halfedge(h)], tail[previous_halfedge(t)]]
+        chosen &= _are_first(sides, n_points)
     return h[chosen], t[chosen]
+
+
+def _are_first(places: list[Ints], n: int) -> Bools:
+    """Whether each edge is the first at all the places that it takes."""
+    rank = np.arange(len(places[0]))
+    first = np.full(n, len(rank))
+    for place in places:
+        np.minimum.at(first, place, rank)
+    flags: Bools = np.all([first[place] == rank for place in places], axis=0)
+    return flags
 
 
 def _is_in(keys: Ints, ordered: Ints) -> Bools:
@@ -108,7 +119,7 @@ def _is_in(keys: Ints, ordered: Ints) -> Bools:
     return found
 
 
-def _angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
+def angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
     """Angle at one corner of triangles."""
     u, v = points[a] - points[apex], points[b] - points[apex]
     along: Floats = (u * v).sum(1)
@@ -116,7 +127,7 @@ def _angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
     return angle
 
 
-def _stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:
+def stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:
     """Whether both new triangles look the way the two old ones look together."""
     pa, pb, pc, pd = points[a], points[b], points[c], points[d]
     old = np.cross(pb - pa, pc - pa) + np.cross(pa - pb, pd - pb)

@@ -12,6 +12,7 @@ from weavecore.geometry.delaunay import improve_triangles
 from weavecore.linking.assembling import assemble
 from weavecore.linking.cells import BandFaces, as_quads, faces_of_zip
 from weavecore.linking.division import count_nodes, points_at
+from weavecore.linking.evening import even_out
 from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
@@ -77,6 +78,8 @@ def link_latitudes(
     taken = np.concatenate([ring_edges, zipped.where(~is_wanted[zipped.band]).edges()])
     nodes, filled = _fill(latitudes, linker.nodes, places, np.flatnonzero(is_wanted), taken, length)
     faces = splice(zipped, bad, filled, ring_edges)
+    if design.has_diagonals:
+        faces = _evened(latitudes, nodes, latitude, faces, ring_edges, longest)
     normals = node_normals(latitudes, latitude, station, faces, len(nodes))
     faces = turn_upright(latitudes.surface, nodes, normals, faces, ring_edges)
     if not design.has_diagonals:
@@ -88,6 +91,16 @@ def link_latitudes(
 def _longest_link(spacing: float, edge_length: float) -> float:
     """The longest link between two rings: that of a triangle whose tip lies well beyond its base."""
     return _STRETCH * float(np.hypot(spacing, 1.25 * edge_length))
+
+
+def _evened(
+    latitudes: Latitudes, nodes: Floats, latitude: Ints, faces: BandFaces, ring_edges: Ints, longest: float
+) -> BandFaces:
+    """The same faces with edges turned where that gives the nodes more even numbers of edges."""
+    of_node = np.concatenate([latitude, np.full(len(nodes) - len(latitude), -1)])
+    is_border = (of_node >= 0) & (of_node < len(latitudes.surface.borders))
+    triangles = even_out(nodes, of_node, is_border, faces.corners[:, :3], ring_edges, longest)
+    return BandFaces(as_quads(triangles), faces.band)
 
 
 def _zip_faces(linker: RingLinker, counts: Ints, pattern: Pattern) -> BandFaces:

@@ -66,7 +66,7 @@ def turn_upright(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: Ba
     triangles = faces.corners[is_triangle, :3]
     uprightness = _Uprightness(surface, nodes, normals)
 
-    def gain(a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
+    def gain(_triangles: Ints, a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
         before = np.minimum(uprightness.of(a, b, c), uprightness.of(b, a, d))
         gained = np.zeros(len(a))
         fallen = np.flatnonzero(before <= 0)
