@@ -18,7 +18,7 @@ def evenly(n, m, phase=0.0):
 def zipped(n, m, wanted=None, phases=(0.0,)):
     feet = np.array([evenly(n, m, p) for p in phases])
     wanted = np.ones(n, np.int64) if wanted is None else wanted
-    division, tips = choose_tips(feet, n, sits=0.5, wanted=wanted, matters=True)
+    division, tips = choose_tips(feet, n, sits=0.5, wanted=wanted)
     return division, tips, feet[division]
 
 
@@ -41,7 +41,7 @@ def test_a_walk_goes_around_both_rings_once(n, m):
 
 @pytest.mark.parametrize(("n", "m"), [(12, 12), (13, 12), (12, 14), (9, 4), (4, 9)])
 def test_quads_lie_where_both_rings_advance(n, m):
-    _, tips = choose_tips(evenly(n, m)[None], n, sits=0.0, wanted=np.ones(n, np.int64), matters=True)
+    _, tips = choose_tips(evenly(n, m)[None], n, sits=0.0, wanted=np.ones(n, np.int64))
     faces = faces_of_zip(Zip(0, 1, True, tips), np.arange(n), n + np.arange(m), has_diagonals=False)
     quads = faces[:, 3] >= 0
     assert quads.sum() <= min(n, m)
@@ -72,7 +72,7 @@ def test_the_zip_does_not_depend_on_where_the_rings_begin():
     turned = np.roll(wanted, 9)
     feet = np.sort((evenly(30, 28) + 9) % 30)
     shift = np.searchsorted(feet, 9.0 - 1e-9)
-    _, other = choose_tips(feet[None], 30, sits=0.5, wanted=turned, matters=True)
+    _, other = choose_tips(feet[None], 30, sits=0.5, wanted=turned)
     back = np.roll(other, -9) - shift
     np.testing.assert_array_equal(back % 28, tips % 28)
 

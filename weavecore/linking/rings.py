@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional
 
 import numpy as np
 
@@ -91,13 +90,11 @@ class RingLinker:
         if rising is None:
             return _rolled(divide_evenly(length, count, phase, spikes), length)[0]
         divisions = [divide_evenly(length, count, phase + k / _DIVISIONS, spikes) for k in range(_DIVISIONS)]
-        wanted = self._wanted_steps(parent, is_left)
         best, tips = choose_tips(
             feet_of_nodes(rising, np.array(divisions), length),
             n,
             sits=self._pattern.child_sits,
-            wanted=np.ones(n, np.int64) if wanted is None else wanted,
-            matters=wanted is not None,
+            wanted=self._wanted_steps(parent, is_left),
         )
         stations, shift = _rolled(divisions[best], length)
         tips = tips + shift
@@ -111,12 +108,10 @@ class RingLinker:
         side = bands.offsets[band]
         return int(bands.polyline[side]), bool(bands.is_left[side])
 
-    def _wanted_steps(self, parent: int, is_left: bool) -> Optional[Ints]:
-        """How far the tip should advance at each node of the parent; None where nothing is wanted."""
-        if not self._pattern.has_diagonals:
+    def _wanted_steps(self, parent: int, is_left: bool) -> Ints:
+        """How far the tip should advance at each node of the parent; one step where the links above are not known."""
+        if parent not in self._links_above or not self._pattern.has_diagonals:
             return np.ones(int(self._counts[parent]), np.int64)
-        if parent not in self._links_above:
-            return None
         links = self._links_above[parent]
         own = links if is_left else np.roll(links[::-1], 1)
         wanted: Ints = np.clip(_LINKS_OF_SIX - own - 1, 0, 2)

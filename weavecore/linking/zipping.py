@@ -47,7 +47,7 @@ def feet_of_nodes(rising: Floats, stations: Floats, length: float) -> Floats:
     return feet
 
 
-def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, matters: bool) -> tuple[int, Ints]:
+def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints) -> tuple[int, Ints]:
     """The best of several divisions of the child, and the tips over the parent's edges.
 
     Parameters
@@ -59,8 +59,6 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, matte
         Where a tip is at its best: 0.5 over the middle of its edge, 0 over its first node.
     wanted : (n,) int64
         For each node of the parent how far the tip should advance there.
-    matters : bool
-        Whether that counts; on a border it does not.
 
     Returns
     -------
@@ -80,7 +78,7 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, matte
     cost = slant**2 + _SLANT_COST * np.maximum(np.abs(slant) - _EVEN_SLANT, 0.0) ** 2
     steps = np.arange(max(2, int(np.diff(base).max()) + 1) + 1)
     excess = steps - wanted[edge[1:] % n_parent][:, None]
-    step_cost: Floats = (_IRREGULAR_COST if matters else 0.0) * excess.astype(np.float64) ** 2
+    step_cost: Floats = _IRREGULAR_COST * excess.astype(np.float64) ** 2
     division, offset = _cheapest_walk(cost, np.diff(base), step_cost)
     tips = (base + reach[offset])[:-1]
     # Edges from the start on to the last, then those before the start, one turn on.
