@@ -79,15 +79,31 @@ def fill_bands(
         elif len(more) == 0:
             break
     else:
-        raise Degenerate(
-            "A band between two polylines is too small for its shape to be linked",
-            remedy="Take a smaller edge length or another spacing.",
-            ids=wanted.tolist(),
-            kind="band",
-        )
+        raise _not_linked(wanted)
     owner_band = np.concatenate([mesh.seat_band, mesh.band[hubs]])
+    _check_euler(latitudes, regions, owner_band, wanted)
     triangles = regions.dual.triangles
     return Filling(owner_node[triangles], owner_band[triangles[:, 0]], mesh.points[hubs])
+
+
+def _check_euler(latitudes: Latitudes, regions: Regions, owner_band: Ints, wanted: Ints) -> None:
+    """Refuse to go on where what was found is not what the band is."""
+    dual, n = regions.dual, len(latitudes.bands)
+    corners = np.bincount(owner_band, minlength=n)
+    links = np.bincount(owner_band[dual.links[:, 0]], minlength=n)
+    triangles = np.bincount(owner_band[dual.triangles[:, 0]], minlength=n)
+    wrong = (corners - links + triangles != latitudes.bands.euler)[wanted]
+    if wrong.any():
+        raise _not_linked(wanted[wrong])
+
+
+def _not_linked(bands: Ints) -> Degenerate:
+    return Degenerate(
+        "Bands between the polylines that are too small for their shape to be linked",
+        remedy="Take a smaller edge length or another spacing.",
+        ids=bands.tolist(),
+        kind="band",
+    )
 
 
 def _wide_places(regions: Regions, edge_length: float) -> Ints:
