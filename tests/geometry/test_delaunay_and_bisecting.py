@@ -114,8 +114,6 @@ def test_equal_pairs_are_made_in_the_order_of_their_numbers():
 
 def test_edges_at_one_corner_are_not_turned_together_where_gains_depend_on_each_other():
     # A fan of six about a middle that wants only four: two edges go, not three or six.
-    turn = np.arange(6) * np.pi / 3
-    points = np.concatenate([[[0, 0, 0]], np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)])
     k = np.arange(6)
     fan = np.stack([0 * k, k + 1, (k + 1) % 6 + 1], axis=1)
 

@@ -2,7 +2,8 @@
 
 Layers: ``weave::latitudes::00`` and on by generation; ``weave::longitudes::00`` and on by the
 generation at which a strand begins; ``weave::pockets``; ``weave::nodes``; ``weave::lattice``.
-Of a weave, ``weave::rods::`` and a family have the axes of the rods too, coloured by how much they are bent.  A surface alone lies on ``weave::surface``.  Layers carry the colours, objects follow them.
+Of a weave, ``weave::rods::`` and a family have the axes of the rods too, coloured by how much they are
+bent.  A surface alone lies on ``weave::surface``.  Layers carry the colours, objects follow them.
 Closed polylines repeat their first point, as Rhino's do.
 """
 
