@@ -114,6 +114,16 @@ def test_the_first_latitudes_are_the_borders_and_their_corners_are_nodes():
         assert np.linalg.norm(nodes - corner, axis=1).min() < 1e-12
 
 
+@pytest.mark.parametrize("pattern", ["triangular", "quad"])
+@pytest.mark.parametrize("spacing", [0.06, 0.1, 0.3])
+def test_two_large_triangles_are_woven(spacing, pattern):
+    corners = np.array(
+        [[1.7517, -0.5383, 0.2208], [1.3736, 1.3992, -1.6298], [0.4645, 0.9335, -0.7466], [-0.1289, 0.9543, 0.0364]]
+    )
+    lattice = linked((corners, np.array([[0, 1, 3], [1, 2, 3]])), spacing, pattern=pattern)
+    assert lattice.edge_lengths.min() > 0.02 * spacing
+
+
 def test_a_smooth_shell_is_woven_evenly():
     lattice = linked(hemisphere(rows=40, columns=100), 0.07)
     length = lattice.edge_lengths

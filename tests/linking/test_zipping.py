@@ -7,7 +7,7 @@ import pytest
 
 from weavecore.linking.cells import BandFaces, faces_of_zip
 from weavecore.linking.rings import Zip
-from weavecore.linking.zipping import choose_tips, feet_of_nodes, unroll_feet
+from weavecore.linking.zipping import choose_tips, feet_of_nodes, nearest_tips, unroll_feet
 
 
 def evenly(n, m, phase=0.0):
@@ -99,3 +99,26 @@ def test_feet_of_nodes_lie_between_those_of_the_samples():
     rising = unroll_feet(evenly(10, 40), 10)
     stations = np.array([[0.0, 1.0, 2.0, 3.0, 4.0], [0.5, 1.5, 2.5, 3.5, 5.25]])
     np.testing.assert_allclose(feet_of_nodes(rising, stations, 5.0), 2 * stations)
+
+
+@pytest.mark.parametrize("turned", [0, 3, 8])
+@pytest.mark.parametrize("small", [3, 4, 7])
+def test_a_small_ring_off_the_middle_is_bound_all_around(small, turned):
+    turn = 2 * np.pi * (np.arange(11) + turned) / 11
+    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    turn = 2 * np.pi * np.arange(small) / small
+    child = np.stack([0.6 + 0.05 * np.cos(turn), 0.05 * np.sin(turn), 0 * turn], axis=1)
+    _, tips = nearest_tips(ring, child)
+    steps = np.diff(np.append(tips, tips[0] + small))
+    assert (steps >= 0).all()
+    assert steps.sum() == small
+    faces = faces_of_zip(Zip(0, 1, True, tips), np.arange(11), 11 + np.arange(small), has_diagonals=True)
+    nodes = np.concatenate([ring, child])[faces[:, :3]]
+    area = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])[:, 2]
+    assert (area > 0).all()
+    assert area.sum() / 2 == pytest.approx(polygon_area(ring) - polygon_area(child))
+
+
+def polygon_area(points):
+    x, y = points[:, 0], points[:, 1]
+    return 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))

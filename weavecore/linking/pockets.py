@@ -21,6 +21,9 @@ from weavecore.model.latitudes import Latitudes
 
 HUB_DEPTH = 0.7
 HUB_GAP = 0.9
+LEAST_HUB_DEPTH = 0.003
+"""Parts of the edge length: where a hub is set, how far hubs keep from each other, and how
+near to a side one may be set where the topology asks for it."""
 _MOST_REPAIRS = 50
 
 
@@ -70,7 +73,7 @@ def fill_bands(
         if len(hubs) != regions.n_hubs:
             regions = Regions(mesh, graph, hubs)
         owner_node = np.concatenate([seat_node, len(places) + np.arange(len(hubs))])
-        more, coarse = _missing_hubs(regions, owner_node, taken)
+        more, coarse = _missing_hubs(regions, owner_node, taken, LEAST_HUB_DEPTH * edge_length)
         hubs = np.concatenate([hubs, more])
         if coarse.any():
             mesh = refine_edges(mesh, coarse)
@@ -108,14 +111,14 @@ def _not_linked(bands: Ints) -> Degenerate:
 
 def _wide_places(regions: Regions, edge_length: float) -> Ints:
     """Points for hubs: the deepest first, until no place is left that is far from sides and hubs."""
-    mesh = regions.mesh
-    depth = np.linalg.norm(mesh.points - mesh.points[regions.source], axis=1)
-    deep = np.flatnonzero(depth > HUB_DEPTH * edge_length)
+    deep = np.flatnonzero(regions.distance > HUB_DEPTH * edge_length)
+    depth = regions.depth(deep)
+    deep, depth = deep[depth > HUB_DEPTH * edge_length], depth[depth > HUB_DEPTH * edge_length]
     if len(deep) == 0:
         return deep
-    deep = deep[np.lexsort((deep, -depth[deep]))]
-    apart = 4.0 * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    spots = np.c_[mesh.points[deep], apart * mesh.band[deep]]
+    order = np.lexsort((deep, -depth))
+    deep = deep[order]
+    spots = regions.spots(deep)
     tree = cKDTree(spots)
     is_free = np.ones(len(deep), bool)
     hubs = []
@@ -126,7 +129,7 @@ def _wide_places(regions: Regions, edge_length: float) -> Ints:
     return np.array(hubs, np.int64)
 
 
-def _missing_hubs(regions: Regions, owner_node: Ints, taken: Ints) -> tuple[Ints, Bools]:
+def _missing_hubs(regions: Regions, owner_node: Ints, taken: Ints, least: float) -> tuple[Ints, Bools]:
     """Points for further hubs where the topology asks for them, and the edges (E,) that are too coarse to hold one."""
     graph = regions.graph
     owner_a, owner_b = regions.owner[graph.a], regions.owner[graph.b]
@@ -139,7 +142,7 @@ def _missing_hubs(regions: Regions, owner_node: Ints, taken: Ints) -> tuple[Ints
         edges = np.flatnonzero(np.isin(regions.dual.edge_class, bad))
         groups = np.searchsorted(bad, regions.dual.edge_class[edges])
     points = np.concatenate([graph.a[edges], graph.b[edges]])
-    found = regions.deepest(np.tile(groups, 2), points, len(bad))
+    found = regions.deepest(np.tile(groups, 2), points, len(bad), least)
     coarse = np.zeros(len(graph.a), bool)
     coarse[edges[found[groups] < 0]] = True
     return np.unique(found[found >= 0]), coarse

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
-from weavecore.linking.division import divide_border, divide_evenly, index_at
+from weavecore.linking.division import divide_border, divide_evenly, index_at, points_at
 from weavecore.linking.feet import find_feet
 from weavecore.linking.patterns import Pattern
 from weavecore.linking.samples import SAMPLES_PER_NODE, find_spikes, sample_polylines
-from weavecore.linking.zipping import choose_tips, feet_of_nodes, unroll_feet
+from weavecore.linking.zipping import choose_tips, feet_of_nodes, nearest_tips, unroll_feet
 from weavecore.model.latitudes import Latitudes
 
 _DIVISIONS = 8
+_SMALL = 12
+"""Children of up to so many nodes may be too small to have feet all around their parents."""
 _LINKS_OF_SIX = 4
 """Links of an inner node to the rings on both sides when it has six edges in all."""
 
@@ -86,22 +89,39 @@ class RingLinker:
         spikes = self._spikes.get(p)
         parent, is_left = self._parent_of(band)
         n = int(self._counts[parent])
-        rising = unroll_feet(index, n) if self._plain[band] else None
-        if rising is None:
-            return _rolled(divide_evenly(length, count, phase, spikes), length)[0]
-        divisions = [divide_evenly(length, count, phase + k / _DIVISIONS, spikes) for k in range(_DIVISIONS)]
-        best, tips = choose_tips(
-            feet_of_nodes(rising, np.array(divisions), length),
-            n,
-            sits=self._pattern.child_sits,
-            wanted=self._wanted_steps(parent, is_left),
-        )
+        divisions = np.array([divide_evenly(length, count, phase + k / _DIVISIONS, spikes) for k in range(_DIVISIONS)])
+        best, tips = 0, None
+        if self._plain[band]:
+            best, tips = self._find_tips(parent, is_left, p, unroll_feet(index, n), divisions)
+        if tips is None:
+            return _rolled(divisions[best], length)[0]
         stations, shift = _rolled(divisions[best], length)
         tips = tips + shift
         self._links_above[p] = np.bincount(tips % count, minlength=count) + 1
         if _has_no_double_link(tips, count):
             self.zips[band] = Zip(parent, p, is_left, tips)
         return stations
+
+    def _find_tips(
+        self, parent: int, is_left: bool, child: int, rising: Optional[Floats], divisions: Floats
+    ) -> tuple[int, Optional[Ints]]:
+        """The best division of a child, and the tips of its zip if there is one."""
+        polylines = self._latitudes.polylines
+        if rising is not None:
+            feet = feet_of_nodes(rising, divisions, float(polylines.lengths[child]))
+            wanted = self._wanted_steps(parent, is_left)
+            return choose_tips(feet, len(wanted), sits=self._pattern.child_sits, wanted=wanted)
+        if divisions.shape[1] > _SMALL:
+            return 0, None
+
+        def places(p: int, stations: Floats) -> Floats:
+            return points_at(polylines, np.full(len(stations), p), stations % float(polylines.lengths[p]))
+
+        ring = places(parent, self.nodes[parent])
+        ring = ring if is_left else np.roll(ring[::-1], 1, axis=0)
+        ways = [nearest_tips(ring, places(child, stations)) for stations in divisions]
+        best = int(np.argmin([np.inf if tips is None else cost for cost, tips in ways]))
+        return best, ways[best][1]
 
     def _parent_of(self, band: int) -> tuple[int, bool]:
         bands = self._latitudes.bands

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.bisecting import unique_edges
@@ -107,12 +108,30 @@ class Regions:
         )
         return np.flatnonzero(euler != 1)
 
-    def deepest(self, groups: Ints, points: Ints, n_groups: int) -> Ints:
-        """Of each group of points the one inside the band that is furthest from its source; -1 where there is none."""
-        inside = self.distance[points] > 0
+    def deepest(self, groups: Ints, points: Ints, n_groups: int, least: float) -> Ints:
+        """Of each group of points the one furthest from sides and hubs; -1 where none is further than ``least``."""
+        inside = self.distance[points] > least
         groups, points = groups[inside], points[inside]
-        order = np.lexsort((points, -self.distance[points], groups))
+        depth = self.depth(points)
+        groups, points, depth = groups[depth > least], points[depth > least], depth[depth > least]
+        order = np.lexsort((points, -depth, groups))
         best = np.full(n_groups, -1, np.int64)
         first = np.unique(groups[order], return_index=True)
         best[first[0]] = points[order][first[1]]
         return best
+
+    def depth(self, points: Ints) -> Floats:
+        """Straight distance to the nearest point on a side of the same band, or hub; ways along edges may be longer."""
+        nearest, _ = self._sources_tree.query(self.spots(points))
+        depths: Floats = np.minimum(self.distance[points], nearest)
+        return depths
+
+    @cached_property
+    def _sources_tree(self) -> cKDTree:
+        return cKDTree(self.spots(np.unique(self.source)))
+
+    def spots(self, points: Ints) -> Floats:
+        """Points with their band as a fourth coordinate, so far apart that no other band is ever nearer."""
+        apart = 4.0 * float(np.linalg.norm(np.ptp(self.mesh.points, axis=0)))
+        spots: Floats = np.c_[self.mesh.points[points], apart * self.mesh.band[points]]
+        return spots

@@ -142,3 +142,29 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats) -> tuple[int, In
         ways = source[i - 1, offset[i]]
         offset[i - 1] = ways[np.argmin(total[i - 1, ways, division] + step_cost[i - 1, 0, :, 0])]
     return division, offset
+
+
+def nearest_tips(parent: Floats, child: Floats) -> tuple[float, Optional[Ints]]:
+    """Over each edge the nearest node, where a child is too small to have feet all around its parent.
+
+    Parameters
+    ----------
+    parent : (n, 3) float64
+        Nodes of the parent, the band on their left.
+    child : (m, 3) float64
+        A few nodes, in the same direction.
+
+    Returns
+    -------
+    cost : float
+        Sum of the squares of the distances.
+    tips : (n,) int64 or None
+        As of `choose_tips`; None where they do not go around the child once.
+    """
+    m = len(child)
+    middle = (parent + np.roll(parent, -1, axis=0)) / 2
+    square = ((middle[:, None] - child[None]) ** 2).sum(2)
+    nearest = square.argmin(1)
+    step = np.diff(np.append(nearest, nearest[0])) % m
+    tips: Ints = nearest[0] + np.concatenate([[0], np.cumsum(step)[:-1]])
+    return float(square.min(1).sum()), tips if step.sum() == m else None
