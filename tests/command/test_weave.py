@@ -10,8 +10,9 @@ import pytest
 import rhino3dm
 from typer.testing import CliRunner
 
-from weavecore import cli, pipeline
+from weavecore import pipeline
 from weavecore.cli import app
+from weavecore.commands import weave as weave_command
 
 Run = Callable[..., Any]
 
@@ -185,7 +186,7 @@ def test_the_parts_of_the_work_make_one_progress(folder: Path, monkeypatch: pyte
     def listening(*, quiet: bool) -> Any:
         yield lambda fraction, label: told.append((fraction, label))
 
-    monkeypatch.setattr(cli, "progress_bar", listening)
+    monkeypatch.setattr(weave_command, "progress_bar", listening)
     assert CliRunner().invoke(app, ["weave", "tube.3dm", "--json", "w.json", "--spacing", "1"]).exit_code == 0
     fractions = [fraction for fraction, _ in told]
     assert fractions == sorted(fractions)

@@ -1,0 +1,1 @@
+"""The commands, one file each; `weavecore.cli` puts them together."""

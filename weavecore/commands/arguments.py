@@ -1,0 +1,95 @@
+"""What is typed: lengths, planes, names, and the options that several commands share."""
+# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
+
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Callable, Optional
+
+import typer
+
+from weavecore.errors import Unsupported
+from weavecore.units import Length, parse_length
+
+
+def length(text: str) -> Length:
+    """A length with or without a unit."""
+    try:
+        return parse_length(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane as it is typed: a point and a normal."""
+
+    numbers: tuple[float, ...]
+
+    @property
+    def point_and_normal(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Three coordinates each."""
+        return self.numbers[:3], self.numbers[3:]
+
+
+def plane_of(text: str) -> Plane:
+    """A plane from six numbers between commas."""
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 6 or not all(abs(x) < float("inf") for x in numbers) or not any(numbers[3:]):
+        raise typer.BadParameter(f"{text!r} is no plane; give x,y,z,nx,ny,nz: a point and a normal that is not 0")
+    return Plane(numbers)
+
+
+def ends_with(ending: str) -> Callable[[Optional[Path]], Optional[Path]]:
+    """A check that a path has an ending."""
+
+    def check(path: Optional[Path]) -> Optional[Path]:
+        if path is not None and path.suffix.lower() != ending:
+            raise typer.BadParameter(f"{path} must end with {ending}")
+        return path
+
+    return check
+
+
+def known_by(module: str, find: str) -> Callable[[Optional[str]], Optional[str]]:
+    """A check that a name is known to a function of a module, which is imported when it is needed."""
+
+    def check(name: Optional[str]) -> Optional[str]:
+        if name is not None:
+            try:
+                getattr(import_module(module), find)(name)
+            except Unsupported as error:
+                raise typer.BadParameter(f"{error.what}. {error.remedy}") from error
+        return name
+
+    return check
+
+
+known_pattern = known_by("weavecore.linking.derived", "known_pattern")
+known_material = known_by("weavecore.weaving.materials", "material_named")
+known_style = known_by("weavecore.weaving.styles", "style_named")
+
+
+def known_method(name: str) -> str:
+    """The name, if it is that of a method of offsetting."""
+    from weavecore.pipeline import METHODS
+
+    if name not in METHODS:
+        raise typer.BadParameter(f"{name!r} is not one of {', '.join(METHODS)}")
+    return name
+
+
+Input = Annotated[Path, typer.Argument(metavar="INPUT", help="A .3dm, .obj, .ply, .stl or .off file.")]
+LayerName = Annotated[Optional[str], typer.Option("--layer", metavar="NAME", help="Layer of the surface.")]
+ObjectName = Annotated[Optional[str], typer.Option("--object", metavar="NAME", help="Name or id of the surface.")]
+CutPlane = Annotated[
+    Optional[Plane],
+    typer.Option(
+        parser=plane_of, metavar="X,Y,Z,NX,NY,NZ", help="Plane that cuts a closed surface in two: a point and a normal."
+    ),
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing unless something is wrong.")]

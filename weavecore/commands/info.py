@@ -1,0 +1,43 @@
+"""``weavecore info``: what a file holds."""
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from weavecore.commands.arguments import Input
+from weavecore.units import NO_UNIT, with_unit
+from weavecore.viewing.terminal import show_table
+
+if TYPE_CHECKING:
+    from weavecore.reading import ObjectReport
+
+
+def info(input_file: Input) -> None:
+    """Tell what a file holds, and of each object whether it can be woven, or why not."""
+    from weavecore.pipeline import inspect_file
+
+    report = inspect_file(input_file, guarded=True)
+    version = f", version {report.version}" if report.version else ""
+    unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"
+    typer.echo(f"{input_file.name}: {report.format}{version}, {unit}")
+    if report.layers:
+        typer.echo(f"layers: {', '.join(report.layers)}")
+    if report.objects:
+        headings = ("object", "kind", "layer", "faces", "borders", "χ", "verdict")
+        show_table(headings, [_row_of(one, report.unit) for one in report.objects], numbers=("faces", "χ"))
+    if report.others:
+        typer.echo("no surfaces: " + ", ".join(f"{count} {kind}" for kind, count in report.others))
+
+
+def _row_of(one: "ObjectReport", unit: str) -> list[str]:
+    lengths = ", ".join(with_unit(length, unit) for length in one.border_lengths)
+    aside = f"{one.aside}; " if one.aside else ""
+    return [
+        one.name or one.id or "-",
+        one.kind,
+        one.layer or "-",
+        str(one.n_faces),
+        f"{one.n_borders}: {lengths}" if lengths else str(one.n_borders),
+        "-" if one.euler_characteristic is None else str(one.euler_characteristic),
+        f"{aside}{one.message or 'can be woven'}",
+    ]
