@@ -60,10 +60,12 @@ def measure_growth(rays: Rays, look: Look, advance_made: float) -> None:
 
 
 def thin(rays: Rays, look: Look) -> Rays:
-    """Drop every other one of rays that crowd."""
-    before = np.full(len(rays), np.inf)
-    before[look.next[look.linked]] = look.gap[look.linked]
-    crowded = look.linked & (look.gap + before < look.spacing) & (np.arange(len(rays)) % 2 == 1)
+    """Drop every other one of rays that crowd: those of lesser grade, of which no two are neighbours."""
+    before, grade_before = np.full(len(rays), np.inf), np.zeros(len(rays), np.int64)
+    onward = look.next[look.linked]
+    before[onward], grade_before[onward] = look.gap[look.linked], rays.grade[look.linked]
+    least = (rays.grade <= grade_before) & (rays.grade <= rays.grade[look.next])
+    crowded = look.linked & (look.gap + before < look.spacing) & least
     crowded &= ~(crowded[look.next] & look.linked)
     return rays.without(crowded) if crowded.any() else rays
 

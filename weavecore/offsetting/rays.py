@@ -39,10 +39,11 @@ class Rays:
     after : the next ray along the front, -1 where there is none
     gap : the width between the two when it was last measured, -1 if it was not
     growth : curvature of the front between the two
+    grade : among crowding neighbours those of the least grade go first
     """
 
     MOVING = ("halfedge", "px", "ux", "uy", "distance", "curvature", "left", "right", "birth", "half_width")
-    LINKED = ("after", "gap", "growth")
+    LINKED = ("after", "gap", "growth", "grade")
 
     halfedge: Ints
     px: Floats
@@ -57,6 +58,7 @@ class Rays:
     after: Ints
     gap: Floats
     growth: Floats
+    grade: Ints
 
     @classmethod
     def starting(
@@ -70,6 +72,7 @@ class Rays:
         rays.left, rays.right = np.zeros((4, n)), np.zeros((4, n))
         rays.left[SIDE], rays.right[SIDE] = np.inf, -np.inf
         rays.after, rays.gap, rays.growth = np.full(n, -1), np.full(n, -1.0), np.zeros(n)
+        rays.grade = np.zeros(n, np.int64)
         return rays
 
     def __len__(self) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.unfolding import Unfolding
+from weavecore.offsetting.grades import grade_of, places_along
 from weavecore.offsetting.rays import Rays
 
 SMOOTH, ROUGH = (0.002, 0.5), (0.006, 0.35)  # roughness, and the ray spacing there in mean edge lengths nearby
@@ -31,8 +32,8 @@ def ray_spacing(frames: Unfolding) -> float:
 def seed_rays(frames: Unfolding) -> Rays:
     """Rays from all walls, linked to their neighbours along them."""
     wall = np.flatnonzero(frames.twin == NO_TWIN)
-    rays, first, last = _strips(frames, wall)
     corners = _Corners(frames, wall)
+    rays, first, last = _strips(frames, wall, corners.before)
     rays.after[last[corners.before]] = first
     wide = np.flatnonzero(corners.total > np.pi + LEAST_WEDGE)
     if len(wide) == 0:
@@ -67,8 +68,8 @@ class _Corners:
         self.before = number[incoming]
 
 
-def _strips(frames: Unfolding, wall: Ints) -> tuple[Rays, Ints, Ints]:
-    """Rays at right angles to the wall halfedges, and the first and last of each."""
+def _strips(frames: Unfolding, wall: Ints, before: Ints) -> tuple[Rays, Ints, Ints]:
+    """Rays at right angles to the wall halfedges, graded around their loops, and the first and last of each."""
     length = frames.length[wall]
     nearby = _length_nearby(frames, wall)
     count = np.maximum(1, np.ceil(length / (ray_spacing(frames) * nearby) * 0.999)).astype(np.int64)
@@ -78,6 +79,8 @@ def _strips(frames: Unfolding, wall: Ints) -> tuple[Rays, Ints, Ints]:
     place = (np.arange(n) - offsets[:-1][owner] + 0.5) * width
     rays = Rays.starting(wall[owner], place, np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n), width * 0.50005)
     rays.after = np.arange(1, n + 1)
+    first_place = places_along(frames.vertices[frames.tail[wall]], before, count)
+    rays.grade = grade_of(first_place[owner] + np.arange(n) - offsets[:-1][owner])
     return rays, offsets[:-1], offsets[1:] - 1
 
 
@@ -116,6 +119,7 @@ def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[Rays, Ints, I
     start = _OFF_THE_CORNER * frames.length[halfedge]
     wide = np.full(n, np.inf)
     rays = Rays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
+    rays.grade = grade_of(1 + np.arange(n) - offsets[:-1][owner])
     return rays, offsets[:-1], offsets[1:] - 1
 
 
