@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.closest import nearest_on_triangles
 from weavecore.geometry.delaunay import turn_edges
 from weavecore.linking.cells import NO_CORNER, BandFaces
 from weavecore.linking.division import segments_at
@@ -18,6 +19,8 @@ _UPRIGHT = 0.2
 """Cosine between a triangle's normal and the surface's that an edge is turned for."""
 _DOUBTFUL = 0.9
 """Below this cosine to the normals at its corners a triangle is compared with the surface at its middle."""
+_FACES_ASKED = 12
+"""Of so many faces with the nearest middles one is taken to be the nearest face."""
 
 
 class _Uprightness:
@@ -36,11 +39,22 @@ class _Uprightness:
         cosine = _cosine(area, self._normals[a] + self._normals[b] + self._normals[c])
         doubtful = np.flatnonzero(cosine < _DOUBTFUL)
         if len(doubtful):
-            if self._tree is None:
-                self._tree = cKDTree(self._surface.vertices[self._surface.faces].mean(1))
-            _, face = self._tree.query((pa + pb + pc)[doubtful] / 3)
-            cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face.astype(np.int64)])
+            face = self._nearest_faces((pa + pb + pc)[doubtful] / 3)
+            cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face])
         return cosine
+
+    def _nearest_faces(self, points: Floats) -> Ints:
+        """The nearest of the few faces whose middles are nearest."""
+        surface = self._surface
+        if self._tree is None:
+            self._tree = cKDTree(surface.vertices[surface.faces].mean(1))
+        few = min(_FACES_ASKED, surface.n_faces)
+        faces = np.asarray(self._tree.query(points, k=few)[1], np.int64).reshape(len(points), few)
+        each = np.repeat(points, few, axis=0)
+        place = nearest_on_triangles(each, surface.vertices[surface.faces[faces.ravel()]])
+        gap = np.linalg.norm(place - each, axis=1).reshape(faces.shape)
+        nearest: Ints = faces[np.arange(len(points)), gap.argmin(1)]
+        return nearest
 
 
 def _cosine(u: Floats, v: Floats) -> Floats:
