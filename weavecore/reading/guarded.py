@@ -5,7 +5,8 @@ A damaged Rhino file can make the library that reads it hang, take gigabytes, or
 typed errors over; whatever becomes of the child, the caller goes on.
 
 Limits on memory and processor time are set where the platform has them (Linux; macOS in part); the
-limit on elapsed time holds everywhere.
+limit on elapsed time holds everywhere.  A file of ordinary size ends within ten seconds, whatever is in
+it; a large one gets more, and so does who asks for it (see `limits_for`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,9 +36,12 @@ _FRAME = struct.Struct("<cQ")
 _STARTED, _PROGRESS, _RESULT, _ERROR = b"S", b"P", b"R", b"E"
 _START = "from weavecore.reading.guarded import serve; serve()"
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_LESS_MEMORY = "Give a longer edge target, a simpler surface, or a time limit, which allows more memory as well."
 _START_SECONDS = 40.0
-_SLOWER = 3.0
 _MEGABYTE = 2**20
+_FREE_MEGABYTES = 0.5
+_SECONDS_A_MEGABYTE = 20.0
+_MEMORY_A_MEGABYTE = 100
 
 
 @dataclass(frozen=True)
@@ -46,29 +51,41 @@ class Limits:
     Parameters
     ----------
     reading_seconds : float
-        Processor time until the first progress is told: as long as the file itself is read.
+        Until the first progress is told: as long as the file itself is read.
     seconds : float
-        Processor time in all.  Elapsed time may be three times as long, as others use the machine too.
+        In all.  Both count elapsed time from when the child is ready to work, and processor time as well.
     memory : int
         Address space, in bytes.
     """
 
-    reading_seconds: float = 7.0
-    seconds: float = 300.0
-    memory: int = 4 * 1024 * _MEGABYTE
+    reading_seconds: float = 6.0
+    seconds: float = 8.0
+    memory: int = 2 * 1024 * _MEGABYTE
 
 
-def limits_for(path: PathLike) -> Limits:
-    """Limits that suit a file: more time and memory for a larger one."""
+def limits_for(path: PathLike, *, time_limit: float | None = None) -> Limits:
+    """Limits that suit a file.
+
+    Parameters
+    ----------
+    path : path
+        Each megabyte that it has beyond the first half adds a second for reading, twenty seconds for making
+        a mesh of what it holds, and 100 MB of memory.
+    time_limit : float, optional
+        Seconds in all instead, for reading as well; who gives it gets twice the memory.
+    """
     try:
-        megabytes = Path(path).stat().st_size / _MEGABYTE
+        megabytes = max(Path(path).stat().st_size / _MEGABYTE - _FREE_MEGABYTES, 0.0)
     except OSError:
         megabytes = 0.0
     usual = Limits()
+    memory = usual.memory + int(_MEMORY_A_MEGABYTE * megabytes) * _MEGABYTE
+    if time_limit is not None:
+        return Limits(time_limit, time_limit, 2 * memory)
     return Limits(
         reading_seconds=usual.reading_seconds + megabytes,
-        seconds=usual.seconds + 10 * megabytes,
-        memory=usual.memory + int(100 * megabytes) * _MEGABYTE,
+        seconds=usual.seconds + _SECONDS_A_MEGABYTE * megabytes,
+        memory=memory,
     )
 
 
@@ -136,6 +153,7 @@ class _Conversation:
         self._child, self._limits, self._progress = child, limits, progress
         self._frames: queue.Queue[tuple[bytes, bytes] | None] = queue.Queue()
         self._threads: list[threading.Thread] = []
+        self._started = time.monotonic()
         self._patience = _START_SECONDS
         self._is_read = False
 
@@ -162,6 +180,7 @@ class _Conversation:
             if kind == _ERROR:
                 raise _error_from(*pickle.loads(payload))
             if kind == _STARTED:
+                self._started = time.monotonic()
                 self._patience = self._limits.reading_seconds
                 continue
             self._is_read = True
@@ -170,8 +189,9 @@ class _Conversation:
                 self._progress(*pickle.loads(payload))
 
     def _next_frame(self) -> tuple[bytes, bytes]:
+        left = self._started + self._patience - time.monotonic()
         try:
-            frame = self._frames.get(timeout=_SLOWER * self._patience)
+            frame = self._frames.get(timeout=max(left, 0.0))
         except queue.Empty:
             raise self._too_slow() from None
         if frame is None:
@@ -202,11 +222,12 @@ class _Conversation:
         if self._is_read:
             return TooMuchWork(
                 f"The surface takes longer than {self._limits.seconds:.0f} seconds",
-                remedy="Give a longer edge target, or a simpler surface.",
+                remedy="Give a time limit (--time-limit SECONDS), a longer edge target, or a simpler surface.",
             )
         return Unreadable(
             f"The file could not be read within {self._limits.reading_seconds:.0f} seconds",
-            remedy="It is damaged: open it in Rhino, repair it there and save it again.",
+            remedy="It is damaged: open it in Rhino, repair it there and save it again; or give a time limit "
+            "(--time-limit SECONDS).",
         )
 
     def _ended(self, status: int) -> WeaveError:
@@ -246,7 +267,7 @@ def serve() -> None:
         ids = tuple(i if isinstance(i, int) else str(i) for i in error.ids)
         _send(answers, _ERROR, (error.code, error.what, error.remedy, ids, error.kind))
     except MemoryError:
-        _send(answers, _ERROR, (TooMuchWork.code, "The memory does not suffice", "Give a simpler surface.", (), ""))
+        _send(answers, _ERROR, (TooMuchWork.code, "The memory does not suffice", _LESS_MEMORY, (), ""))
     except Exception as error:  # noqa: BLE001 - a damaged file may fail anywhere
         what = f"The file cannot be read ({type(error).__name__}: {error})"
         _send(answers, _ERROR, (Unreadable.code, what, "Open it in Rhino and save it again.", (), ""))

@@ -94,7 +94,13 @@ class FileReport:
     others: tuple[tuple[str, int], ...]
 
 
-def inspect_file(path: PathLike, *, guarded: bool = False, progress: Optional[Progress] = None) -> FileReport:
+def inspect_file(
+    path: PathLike,
+    *,
+    guarded: bool = False,
+    time_limit: Optional[float] = None,
+    progress: Optional[Progress] = None,
+) -> FileReport:
     """Look at every object of a file that a surface could be made of.
 
     Parameters
@@ -102,6 +108,8 @@ def inspect_file(path: PathLike, *, guarded: bool = False, progress: Optional[Pr
     path : path
     guarded : bool
         Look in a process of its own, so that a damaged file can neither end this one nor hold it up.
+    time_limit : float, optional
+        Seconds that this process may take, by default what suits the file: see `limits_for`.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -111,7 +119,8 @@ def inspect_file(path: PathLike, *, guarded: bool = False, progress: Optional[Pr
         Where the file as a whole cannot be read; what is wrong with one object is in its report.
     """
     if guarded:
-        report: FileReport = call_guarded(inspect_file, path, limits=limits_for(path), progress=progress)
+        limits = limits_for(path, time_limit=time_limit)
+        report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress)
         return report
     if is_rhino(path):
         return _inspect_document(path, open_document(path), progress or _quiet)

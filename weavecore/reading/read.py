@@ -12,7 +12,7 @@ import numpy as np
 from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
 from weavecore.model import SurfaceMesh
-from weavecore.reading.choosing import choose_object
+from weavecore.reading.choosing import Names, choose_objects
 from weavecore.reading.guarded import call_guarded, limits_for
 from weavecore.reading.mesh_files import MESH_READERS, read_mesh_file
 from weavecore.reading.raw import Plane, RawMesh
@@ -20,6 +20,7 @@ from weavecore.reading.repair import repair
 from weavecore.reading.rhino_file import BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.rhino_meshes import is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
 from weavecore.reading.rhino_surfaces import UNTOLD, MeshedObject, mesh_block, mesh_object
+from weavecore.reading.together import join_objects
 
 Progress = Callable[[float, str], None]
 
@@ -30,11 +31,12 @@ ENDINGS = (RHINO, *MESH_READERS)
 def read_surface(
     path: PathLike,
     *,
-    layer: Optional[str] = None,
-    object: Optional[str] = None,  # noqa: A002
+    layer: Names = None,
+    object: Names = None,  # noqa: A002
     cut_plane: Optional[Plane] = None,
     edge_target: Optional[float] = None,
     guarded: bool = False,
+    time_limit: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> SurfaceMesh:
     """Read the surface that a file holds.
@@ -43,14 +45,17 @@ def read_surface(
     ----------
     path : path
         Ends with ``.3dm``, ``.obj``, ``.off``, ``.ply`` or ``.stl``.
-    layer, object : str, optional
-        Which object of a Rhino file is meant: see `choose_object`.
+    layer, object : str or sequence of str, optional
+        Which object of a Rhino file is meant: see `choose_objects`.  Several are joined where their edges
+        coincide; those of one layer or one name must hang together.
     cut_plane : (point, normal), optional
         Closed parts that this plane meets are cut in two by it; others by themselves.
     edge_target : float, optional
         Length of an edge where the surface is no mesh yet, in the file's unit.
     guarded : bool
         Read in a process of its own, so that a damaged file can neither end this one nor hold it up.
+    time_limit : float, optional
+        Seconds that this process may take, by default what suits the file: see `limits_for`.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -69,9 +74,24 @@ def read_surface(
         Where a Rhino file says no unit.
     """
     options: dict[str, Any] = {"layer": layer, "object": object, "edge_target": edge_target, "progress": progress}
-    raw = call_guarded(read_raw, path, limits=limits_for(path), **options) if guarded else read_raw(path, **options)
-    if raw.unit == "None" and is_rhino(path):
+    if guarded:
+        limits = limits_for(path, time_limit=time_limit)
+        # What comes from another process is checked and frozen again.
+        surface: SurfaceMesh = replace(
+            call_guarded(_read_and_repair, path, cut_plane=cut_plane, limits=limits, **options)
+        )
+    else:
+        surface = _read_and_repair(path, cut_plane=cut_plane, **options)
+    if surface.unit == "None" and is_rhino(path):
         warnings.warn(UnitUnknown(f"{path} says no unit; lengths are taken as they are"), stacklevel=2)
+    return surface
+
+
+def _read_and_repair(path: PathLike, *, cut_plane: Optional[Plane], **options: Any) -> SurfaceMesh:
+    raw = read_raw(path, **options)
+    tell = options["progress"]
+    if tell is not None:
+        tell(1.0, "Mending the mesh")
     return repair(raw, cut_plane=cut_plane)
 
 
@@ -109,8 +129,8 @@ def surface_from(
 def read_raw(
     path: PathLike,
     *,
-    layer: Optional[str] = None,
-    object: Optional[str] = None,  # noqa: A002
+    layer: Names = None,
+    object: Names = None,  # noqa: A002
     edge_target: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> RawMesh:
@@ -120,8 +140,16 @@ def read_raw(
     """
     if is_rhino(path):
         document = open_document(path)
-        chosen = choose_object(document, layer=layer, object=object)
-        return raw_from_document(document, chosen, edge_target=edge_target, progress=progress)
+        choice = choose_objects(document, layer=layer, object=object)
+        if len(choice.objects) == 1:
+            return raw_from_document(document, choice.objects[0], edge_target=edge_target, progress=progress)
+        return join_objects(
+            document,
+            choice.objects,
+            must_hang_together=not choice.is_listed,
+            edge_target=edge_target,
+            progress=progress,
+        )
     check_ending(path)
     if layer is not None or object is not None:
         raise NoSurface(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -104,11 +105,16 @@ def open_document(path: PathLike) -> RhinoDocument:
         file_name=Path(path).name,
         version=version,
         unit=settings.ModelUnitSystem.name,
-        tolerance=float(settings.ModelAbsoluteTolerance),
+        tolerance=_sound(float(settings.ModelAbsoluteTolerance)),
         layers=tuple(layers.values()),
         objects=objects,
         source=source,
     )
+
+
+def _sound(tolerance: float) -> float:
+    """A tolerance as a file says it; 0 where that is no length."""
+    return tolerance if math.isfinite(tolerance) and tolerance > 0 else 0.0
 
 
 def check_header(path: PathLike) -> int:

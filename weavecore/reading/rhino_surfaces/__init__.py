@@ -1,6 +1,12 @@
 """Any surface of a Rhino file as one welded triangle mesh, without Rhino."""
 
-from weavecore.reading.rhino_surfaces.blocks import BlockPart, expand_reference, holds_surface, mesh_block
+from weavecore.reading.rhino_surfaces.blocks import (
+    BlockPart,
+    expand_reference,
+    holds_surface,
+    mesh_block,
+    surfaces_of_reference,
+)
 from weavecore.reading.rhino_surfaces.meshed import UNTOLD, MeshedObject
 from weavecore.reading.rhino_surfaces.objects import MESHED_KINDS, mesh_object, mesh_objects
 from weavecore.reading.rhino_surfaces.stitching import join_meshes
@@ -16,4 +22,5 @@ __all__ = [
     "mesh_block",
     "mesh_object",
     "mesh_objects",
+    "surfaces_of_reference",
 ]

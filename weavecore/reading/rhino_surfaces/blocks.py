@@ -63,6 +63,20 @@ def holds_surface(source: Any, reference: Any) -> bool:
         return False
 
 
+def surfaces_of_reference(source: Any, reference: Any) -> tuple[BlockPart, ...]:
+    """Those parts of `expand_reference` that are surfaces.
+
+    Raises
+    ------
+    NoSurface
+        Where there is none; else as `expand_reference`.
+    """
+    parts = tuple(part for part in expand_reference(source, reference) if _is_surface(part.geometry))
+    if not parts:
+        raise NoSurface("A block holds no surface", remedy="Choose an object that is a surface or a mesh.")
+    return parts
+
+
 def mesh_block(
     source: Any,
     reference: Any,
@@ -77,12 +91,9 @@ def mesh_block(
 
     Raises
     ------
-    NoSurface
-        Where there is no surface in it; else as `expand_reference` and `mesh_objects`.
+    As `surfaces_of_reference` and `mesh_objects`.
     """
-    parts = [part for part in expand_reference(source, reference) if _is_surface(part.geometry)]
-    if not parts:
-        raise NoSurface("A block holds no surface", remedy="Choose an object that is a surface or a mesh.")
+    parts = surfaces_of_reference(source, reference)
     return mesh_objects(
         [part.geometry for part in parts],
         transforms=[part.transform for part in parts],

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from weavecore.errors import NonFinite, Unsupported
 from weavecore.geometry.arrays import Floats
+from weavecore.geometry.equal_rows import first_equal_point
 from weavecore.reading.checking import checked_faces, checked_vertices
 from weavecore.reading.quads import split_faces
 from weavecore.reading.raw import RawMesh
@@ -17,12 +18,15 @@ from weavecore.reading.rhino_meshes import is_rhino_mesh, rhino_faces, rhino_ver
 from weavecore.reading.rhino_surfaces.brep_mesh import mesh_brep
 from weavecore.reading.rhino_surfaces.joining import join_shapes
 from weavecore.reading.rhino_surfaces.meshed import UNTOLD, MeshedObject
-from weavecore.reading.rhino_surfaces.shape import brep_shape
+from weavecore.reading.rhino_surfaces.shape import BrepShape, brep_shape
 from weavecore.reading.rhino_surfaces.stitching import join_meshes, split_parts
 from weavecore.reading.rhino_surfaces.subd import mesh_subd
 
 MESHED_KINDS = ("Brep", "Extrusion", "Surface", "SubD")
 """Rhino's names for the kinds of object that `mesh_object` takes."""
+
+_MOST_TOLERANCE = 1e-2
+"""A tolerance beyond this part of the size would join what only lies near."""
 
 
 def mesh_object(
@@ -110,14 +114,21 @@ def mesh_objects(
     shapes = [brep_shape(as_brep(g), t) for g, t in pairs if not (type(g).__name__ == "SubD" or is_rhino_mesh(g))]
     meshes = []
     if shapes:
-        joined = join_shapes(shapes, tolerance)
+        joined = join_shapes(shapes, min(tolerance, _MOST_TOLERANCE * _extent(shapes)))
         meshes.append(mesh_brep(joined, edge_target=edge_target, chord=chord, tolerance=tolerance, progress=progress))
     for geometry, transform in pairs:
         if type(geometry).__name__ == "SubD":
             meshes.append(mesh_subd(geometry, edge_target=edge_target, chord=chord, transform=transform))
         elif is_rhino_mesh(geometry):
             meshes.append(_plain_mesh(geometry, transform))
-    return join_meshes(split_parts(meshes), tolerance=tolerance)
+    extent = float(np.linalg.norm(np.ptp(np.concatenate([m.vertices for m in meshes]), axis=0)))
+    return join_meshes(split_parts(meshes), tolerance=min(tolerance, _MOST_TOLERANCE * extent))
+
+
+def _extent(shapes: Sequence[BrepShape]) -> float:
+    controls = [face.surface.points.reshape(-1, 4) for shape in shapes for face in shape.faces]
+    places = np.concatenate([points[:, :3] / points[:, 3:] for points in controls])
+    return float(np.linalg.norm(np.ptp(places, axis=0)))
 
 
 def _plain_mesh(mesh: Any, transform: Floats | None) -> MeshedObject:
@@ -125,7 +136,7 @@ def _plain_mesh(mesh: Any, transform: Floats | None) -> MeshedObject:
     moved = np.eye(4) if transform is None else transform
     vertices = checked_vertices(rhino_vertices(mesh))
     polygons, _ = checked_faces(RawMesh(vertices, rhino_faces(mesh)))
-    faces, _ = split_faces(vertices, polygons)
+    faces, _ = split_faces(vertices, first_equal_point(vertices)[polygons])
     if np.linalg.det(moved[:3, :3]) < 0:
         faces = faces[:, [0, 2, 1]]
     return MeshedObject(vertices @ moved[:3, :3].T + moved[:3, 3], faces, UNTOLD)
