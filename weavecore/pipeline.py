@@ -14,7 +14,7 @@ from weavecore.linking.derived import link_pattern
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
-from weavecore.reading import inspect_file, read_surface, surface_from
+from weavecore.reading import inspect_file, read_result, read_surface, surface_from
 from weavecore.validating import validate
 from weavecore.viewing.picture import encode_picture
 from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface, describe_weave
@@ -27,6 +27,7 @@ __all__ = [
     "inspect_file",
     "link",
     "offset",
+    "read_result",
     "read_surface",
     "spacing_for_edges",
     "suggest_spacing",

@@ -1,5 +1,6 @@
 """The JSON result: one object with all that was made, for programs to read.
 
+All that the stages know is there, so that `weavecore.reading.result_file` gives the same values back.
 Floats are written as the shortest text that reads back to the same bits; keys stand in a
 fixed order; there is no white space.  Indices count from 0.
 """
@@ -47,7 +48,12 @@ def encode_json(product: Product) -> bytes:
 
 
 def _surface(surface: SurfaceMesh) -> dict[str, Any]:
-    entry: dict[str, Any] = {"vertices": surface.vertices.tolist(), "faces": surface.faces.tolist()}
+    entry: dict[str, Any] = {
+        "name": surface.name,
+        "mendings": list(surface.mendings),
+        "vertices": surface.vertices.tolist(),
+        "faces": surface.faces.tolist(),
+    }
     if surface.cuts:
         entry["cut"] = [loop.tolist() for loop in surface.cuts]
     return entry
@@ -60,6 +66,17 @@ def _latitudes(latitudes: Latitudes) -> dict[str, Any]:
         "generation": latitudes.generation.tolist(),
         "distance": latitudes.distance.tolist(),
         "parents": latitudes.parents.tolist(),
+        "face": latitudes.polylines.face.tolist(),
+        "barycentric": latitudes.polylines.barycentric.tolist(),
+        "bands": {
+            "offsets": latitudes.bands.offsets.tolist(),
+            "polyline": latitudes.bands.polyline.tolist(),
+            "is_parent": latitudes.bands.is_parent.tolist(),
+            "is_left": latitudes.bands.is_left.tolist(),
+            "euler": latitudes.bands.euler.tolist(),
+            "depth": latitudes.bands.depth.tolist(),
+        },
+        "vertex_distance": latitudes.vertex_distance.tolist(),
     }
 
 

@@ -28,6 +28,7 @@ def weave_entry(weave: Weave) -> dict[str, Any]:
             "density": material.density,
             "source": material.source,
         },
+        "normals": weave.normals.tolist(),
         "bending_window": bending.window,
         "ends_inside": weave.n_ends_inside,
         "median_length": weave.median_length,
@@ -61,6 +62,7 @@ def rod_entries(weave: Weave) -> list[dict[str, Any]]:
                 # A straight rod has no radius, and JSON no infinity.
                 "min_radius": radius if np.isfinite(radius) else None,
                 "station_at_min": float(bending.station_at_min[s]),
+                "point_at_min": bending.point_at_min[s].tolist(),
                 "utilisation": float(bending.utilisation[s]),
                 "largest_diameter": float(bending.largest_diameter[s]) if np.isfinite(radius) else None,
             }

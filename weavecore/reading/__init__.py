@@ -3,5 +3,14 @@
 from weavecore.reading.inspecting import FileReport, ObjectReport, inspect_file
 from weavecore.reading.read import read_surface, surface_from
 from weavecore.reading.repair import surface_from_arrays
+from weavecore.reading.result_file import read_result
 
-__all__ = ["FileReport", "ObjectReport", "inspect_file", "read_surface", "surface_from", "surface_from_arrays"]
+__all__ = [
+    "FileReport",
+    "ObjectReport",
+    "inspect_file",
+    "read_result",
+    "read_surface",
+    "surface_from",
+    "surface_from_arrays",
+]

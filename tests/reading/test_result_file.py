@@ -1,0 +1,172 @@
+"""The JSON result is read back value for value, and a damaged one is refused by a kind of `WeaveError`."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from weavecore import pipeline
+from weavecore.errors import BadIndex, NonFinite, Unreadable, Unsupported, WeaveError
+from weavecore.exporting.registry import encode
+from weavecore.reading.result_file import decode_result, read_result
+from woven_rods import FOLDER, woven_sample
+from woven_tube import tube_lattice
+
+PATTERNS = ["triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal"]
+
+
+def assert_same(one: Any, other: Any, where: str = "result") -> None:
+    """Every field of every value is equal to the bit."""
+    if isinstance(one, np.ndarray):
+        assert one.dtype == other.dtype, where
+        assert np.array_equal(one, other), where
+    elif dataclasses.is_dataclass(one):
+        assert type(one) is type(other), where
+        for field in dataclasses.fields(one):
+            assert_same(getattr(one, field.name), getattr(other, field.name), f"{where}.{field.name}")
+    elif isinstance(one, tuple):
+        assert len(one) == len(other), where
+        for k, pair in enumerate(zip(one, other)):
+            assert_same(*pair, f"{where}[{k}]")
+    else:
+        assert one == other, where
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_a_weave_is_read_back_value_for_value(pattern: str) -> None:
+    weave = woven_sample("narrow_neck", pattern)
+    content = encode(weave, "a.json")
+    again = decode_result(content)
+    assert_same(weave, again)
+    assert encode(again, "a.json") == content
+
+
+def test_clashes_conflicts_and_straight_rods_are_read_back() -> None:
+    thick = pipeline.weave(woven_sample("narrow_neck", "triangular").lattice, rod_diameter=12.0, over_under="plain")
+    assert len(thick.clashes)
+    assert len(thick.conflicts)
+    endless = thick.bending.min_radius * np.inf
+    straight = dataclasses.replace(thick.bending, min_radius=endless, largest_diameter=endless)
+    weave = dataclasses.replace(thick, bending=straight)
+    assert_same(weave, decode_result(encode(weave, "a.json")))
+
+
+def test_the_earlier_stages_are_read_back(tmp_path: Path) -> None:
+    lattice = tube_lattice()
+    for value in (lattice.latitudes.surface, lattice.latitudes, lattice):
+        path = tmp_path / f"{type(value).__name__}.json"
+        pipeline.export(value, path)
+        assert_same(value, pipeline.read_result(path))
+
+
+def test_a_closed_surface_keeps_its_cuts() -> None:
+    surface = pipeline.read_surface(FOLDER / "closed_body.3dm")
+    assert surface.cuts
+    assert_same(surface, decode_result(encode(surface, "a.json")))
+
+
+def document() -> dict[str, Any]:
+    """A weave of a few dozen rods with a conflict and a clash."""
+    found: dict[str, Any] = json.loads(encode(pipeline.weave(tube_lattice()), "a.json"))
+    one, other = (strand["id"] for strand in found["strands"][:2])
+    found["weave"]["conflicts"] = [{"strand": one, "node": 0, "node_before": 1}]
+    found["weave"]["clashes"] = [{"strands": [one, other], "distance": 1.0, "point": [0.0, 0.0, 0.0]}]
+    return found
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Every key of every object, and the last of every list."""
+    if isinstance(value, dict):
+        for key, below in value.items():
+            yield (*path, key)
+            yield from places(below, (*path, key))
+    elif isinstance(value, list) and value:
+        yield (*path, len(value) - 1)
+        yield from places(value[-1], (*path, len(value) - 1))
+
+
+def test_whatever_is_put_anywhere_is_read_or_refused() -> None:
+    """The one list of all the wrong values, at every place in turn: no error but a `WeaveError`."""
+    whole = document()
+    wrong = (None, "x", -1, 10**30, 0.5, [], [1, [2]], 1e200)
+    refused = 0
+    for path in places(whole):
+        if path[0] == "parameters" and path[-1] not in ("spacing", "edge_length", "pattern"):
+            continue
+        holder = whole
+        for key in path[:-1]:
+            holder = holder[key]
+        before = holder[path[-1]]
+        for value in wrong:
+            holder[path[-1]] = value
+            refused += is_refused(whole)
+        holder[path[-1]] = before
+        if isinstance(holder, dict):
+            short = copy.copy(holder)
+            del holder[path[-1]]
+            refused += is_refused(whole)
+            holder.clear()
+            holder.update(short)
+    assert refused > 400
+    decode_result(json.dumps(whole).encode())
+
+
+def is_refused(whole: dict[str, Any]) -> bool:
+    try:
+        decode_result(json.dumps(whole).encode())
+    except WeaveError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "kind", "where"),
+    [
+        (("lattice", "edges", 0, 1), 10**6, BadIndex, "lattice.edges"),
+        (("strands", 2, "nodes", 0), -1, BadIndex, r"strands\[2\].nodes"),
+        (("joints", 0, "order", 0), "Z99", BadIndex, "Z99"),
+        (("joints", 0, "places", 0), 0.5, Unreadable, "whole number"),
+        (("strands", 1, "axis", "controls", 3, 0), 1e6, Unreadable, "does not pass"),
+        (("strands", 1, "stations", 3), 0.0, Unreadable, "do not rise"),
+        (("strands", 0, "id"), "L02", Unreadable, "one id"),
+        (("weave", "normals", 0, 0), "up", Unreadable, "weave.normals"),
+        (("weave", "normals"), [], Unreadable, "weave.normals"),
+        (("weave", "rod_diameter"), 0, Unreadable, "weave.rod_diameter"),
+        (("parameters", "spacing"), -3.0, Unreadable, "parameters.spacing"),
+        (("version",), 2, Unsupported, "version 2"),
+        (("format",), "gltf", Unsupported, "no result"),
+    ],
+)
+def test_what_is_wrong_is_named(path: tuple[Any, ...], value: Any, kind: type[WeaveError], where: str) -> None:
+    whole = document()
+    holder = whole
+    for key in path[:-1]:
+        holder = holder[key]
+    holder[path[-1]] = value
+    with pytest.raises(kind, match=where):
+        decode_result(json.dumps(whole).encode())
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", "\xff", "[" * 100_000, '{"format":"weavecore","version":NaN}'])
+def test_what_is_no_json_object_is_unreadable(text: str) -> None:
+    with pytest.raises(Unreadable):
+        decode_result(text.encode("latin-1"))
+
+
+def test_numbers_beyond_all_floats_are_not_finite() -> None:
+    whole = json.dumps({**document(), "tolerance": 777.0}).replace("777.0", "1e999")
+    with pytest.raises(NonFinite, match="tolerance"):
+        decode_result(whole.encode())
+
+
+def test_a_missing_file_is_unreadable(tmp_path: Path) -> None:
+    for path in (tmp_path / "no.json", tmp_path):
+        with pytest.raises(Unreadable):
+            read_result(path)
