@@ -8,6 +8,7 @@ from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET,
 from weavecore.model.material import Material
 from weavecore.model.polylines import Polylines
 from weavecore.model.rod_axes import RodAxes
+from weavecore.model.sequence import BuildSequence
 from weavecore.model.strands import Strands
 from weavecore.model.surface import SurfaceMesh
 from weavecore.model.weave import Weave
@@ -19,6 +20,7 @@ __all__ = [
     "POCKET",
     "Bands",
     "Bending",
+    "BuildSequence",
     "Clashes",
     "Joints",
     "Latitudes",

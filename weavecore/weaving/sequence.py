@@ -1,0 +1,162 @@
+"""The order of construction: borders first, ring after ring, and the other rods woven in between.
+
+A basket maker sets the rings and binds them with rods that bend in and out (Yan et al. 2016, §3).  Set all
+at first, the rings would hang free until the last of them stands; so a rod is woven in as soon as two rings that
+follow each other along it do, and the rings beyond are tied to the rods that wait for them.  A *ring* is a closed
+rod of the latitudinal family; what such a family has of open rods counts among the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.model.lattice import LATITUDINAL
+from weavecore.model.sequence import BuildSequence
+from weavecore.model.weave import Weave
+from weavecore.weaving.naming import node_depths
+
+_NONE = -1
+
+
+@dataclass(frozen=True, eq=False)
+class _Rings:
+    """Which strands (S,) are rings, the mean depth of each, the ring at each node (N,) or -1, and where along it."""
+
+    is_ring: Bools
+    depth: Floats
+    at_node: Ints
+    place: Ints
+
+    @cached_property
+    def generation(self) -> Ints:
+        """(S,) of the nearest latitude."""
+        generation: Ints = np.rint(self.depth).astype(np.int64)
+        return generation
+
+    @cached_property
+    def rank(self) -> Ints:
+        """(S,) when each ring is set: rings before the other strands, from the borders inwards."""
+        order = np.lexsort([np.arange(len(self.depth)), self.depth, ~self.is_ring])
+        rank = np.empty(len(order), np.int64)
+        rank[order] = np.arange(len(order))
+        return rank
+
+
+def find_sequence(weave: Weave) -> BuildSequence:
+    """Order the rods so that each can be set when its turn comes.
+
+    All rings of a generation come before the rods that bind them to the generation before, and
+    those before the next generation.  Rods of one generation go around its rings.  A joint is tied in the
+    step that sets the last of its rods.
+
+    Parameters
+    ----------
+    weave : Weave
+
+    Returns
+    -------
+    BuildSequence
+    """
+    strands = weave.strands
+    rings = _find_rings(weave)
+    links = _find_links(weave, rings)
+    bound = _first_bound(links, rings, len(strands))
+    generation, place = rings.generation.copy(), np.zeros(len(strands), np.int64)
+    # A rod without a ring has its turn when the rings about its least depth stand.
+    lone = ~rings.is_ring & (bound[:, 0] == _NONE)
+    generation[lone] = np.floor(_least_depth(weave)[lone])
+    bind = np.flatnonzero(~rings.is_ring & ~lone)
+    generation[bind] = rings.generation[bound[bind, :2]].max(axis=1)
+    place[bind] = bound[bind, 2]
+    base = np.where(rings.is_ring | lone, rings.rank, rings.rank[bound[:, 0]])
+    order = np.lexsort([rings.rank, place, base, lone, ~rings.is_ring, generation])
+    step = np.empty(len(order), np.int64)
+    step[order] = np.arange(len(order))
+    return BuildSequence(
+        order, rings.is_ring[order], generation[order], *_ties(weave, step), *_needs(links, bound, rings, step)
+    )
+
+
+def _node_depth(weave: Weave) -> Floats:
+    """(N,) generation of each node, with fractions where it lies between the latitudes."""
+    lattice = weave.lattice
+    latitudes = lattice.latitudes
+    between = node_depths(lattice) / latitudes.spacing
+    depth: Floats = np.where(lattice.node_latitude < 0, between, latitudes.generation[lattice.node_latitude])
+    return depth
+
+
+def _least_depth(weave: Weave) -> Floats:
+    strands = weave.strands
+    depth: Floats = np.minimum.reduceat(_node_depth(weave)[strands.nodes], strands.offsets[:-1])
+    return depth
+
+
+def _find_rings(weave: Weave) -> _Rings:
+    strands = weave.strands
+    owner = rows_of(strands.offsets)
+    is_ring = (strands.family == LATITUDINAL) & strands.closed
+    counts = np.diff(strands.offsets)
+    mean = np.bincount(owner, _node_depth(weave)[strands.nodes], minlength=len(strands)) / counts
+    visit = np.flatnonzero(is_ring[owner])[::-1]  # Where two rings cross, the first has the node.
+    at_node = np.full(weave.lattice.n_nodes, _NONE, np.int64)
+    place = np.zeros(weave.lattice.n_nodes, np.int64)
+    at_node[strands.nodes[visit]] = owner[visit]
+    place[strands.nodes[visit]] = visit - strands.offsets[owner[visit]]
+    return _Rings(is_ring, mean, at_node, place)
+
+
+def _find_links(weave: Weave, rings: _Rings) -> Ints:
+    """Rows (n, 4): rod, ring that it passes, ring that it passes next, and how far along the first that is.
+
+    The ring that is set first stands first.  A rod that passes one ring alone has a row with that ring twice.
+    """
+    strands = weave.strands
+    owner = rows_of(strands.offsets)
+    ring, place = rings.at_node[strands.nodes], rings.place[strands.nodes]
+    a = np.flatnonzero(~rings.is_ring[owner] & (ring != _NONE))
+    b = np.append(a[1:], a[-1:])
+    b = np.where(owner[b] == owner[a], b, a)
+    swap = rings.rank[ring[b]] < rings.rank[ring[a]]
+    a, b = np.where(swap, b, a), np.where(swap, a, b)
+    links: Ints = np.stack([owner[a], ring[a], ring[b], place[a]], axis=1)
+    return links
+
+
+def _first_bound(links: Ints, rings: _Rings, n_strands: int) -> Ints:
+    """(S, 3) of each rod the two rings that it binds first, and where along the first; -1 where there is none."""
+    rod, low, high, place = links.T
+    order = np.lexsort([place, rings.rank[low], rings.rank[high], low == high, rod])
+    rods, first = np.unique(rod[order], return_index=True)
+    bound = np.full((n_strands, 3), _NONE, np.int64)
+    bound[rods] = links[order[first], 1:]
+    return bound
+
+
+def _ties(weave: Weave, step: Ints) -> tuple[Ints, Ints]:
+    """Ragged: the joints of which each step sets the last rod."""
+    joints = weave.joints
+    if len(joints) == 0:
+        return np.zeros(len(step) + 1, np.int64), np.zeros(0, np.int64)
+    last = np.maximum.reduceat(step[joints.strand], joints.offsets[:-1])
+    return offsets_of(np.bincount(last, minlength=len(step))), np.argsort(last, kind="stable")
+
+
+def _needs(links: Ints, bound: Ints, rings: _Rings, step: Ints) -> tuple[Ints, Ints]:
+    """Ragged: the earlier steps that each step needs."""
+    _, low, high, _ = links.T
+    deeper = rings.generation[low] < rings.generation[high]
+    rods = np.flatnonzero(bound[:, 0] != _NONE)
+    needs = np.concatenate(
+        [
+            np.stack([step[high[deeper]], step[low[deeper]]], axis=1),
+            np.stack([step[rods], step[bound[rods, 0]]], axis=1),
+            np.stack([step[rods], step[bound[rods, 1]]], axis=1),
+        ]
+    )
+    needs = np.unique(needs, axis=0)
+    return offsets_of(np.bincount(needs[:, 0], minlength=len(step))), needs[:, 1]
