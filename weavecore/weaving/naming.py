@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.model.depths import node_depths
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
 from weavecore.weaving.joints import steps_along
@@ -62,17 +62,6 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     total = np.bincount(rows_of(strands.offsets)[before], slant, minlength=len(strands))
     lean: Ints = np.sign(np.where(np.abs(total) > 1e-9, total, 0.0)).astype(np.int64)
     return lean
-
-
-def node_depths(lattice: Lattice) -> Floats:
-    """(N,) distance of each node from the borders along the surface; off the latitudes that of the nearest vertex."""
-    latitudes = lattice.latitudes
-    depths = latitudes.distance[lattice.node_latitude]
-    off = np.flatnonzero(lattice.node_latitude < 0)
-    if len(off):
-        _, vertex = cKDTree(latitudes.surface.vertices).query(lattice.nodes[off])
-        depths[off] = latitudes.vertex_distance[vertex]
-    return depths
 
 
 def _latitude_tangents(lattice: Lattice) -> Floats:

@@ -14,10 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.model.depths import node_generations
 from weavecore.model.lattice import LATITUDINAL
 from weavecore.model.sequence import BuildSequence
 from weavecore.model.weave import Weave
-from weavecore.weaving.naming import node_depths
 
 _NONE = -1
 
@@ -81,18 +81,9 @@ def find_sequence(weave: Weave) -> BuildSequence:
     )
 
 
-def _node_depth(weave: Weave) -> Floats:
-    """(N,) generation of each node, with fractions where it lies between the latitudes."""
-    lattice = weave.lattice
-    latitudes = lattice.latitudes
-    between = node_depths(lattice) / latitudes.spacing
-    depth: Floats = np.where(lattice.node_latitude < 0, between, latitudes.generation[lattice.node_latitude])
-    return depth
-
-
 def _least_depth(weave: Weave) -> Floats:
     strands = weave.strands
-    depth: Floats = np.minimum.reduceat(_node_depth(weave)[strands.nodes], strands.offsets[:-1])
+    depth: Floats = np.minimum.reduceat(node_generations(weave.lattice)[strands.nodes], strands.offsets[:-1])
     return depth
 
 
@@ -101,7 +92,7 @@ def _find_rings(weave: Weave) -> _Rings:
     owner = rows_of(strands.offsets)
     is_ring = (strands.family == LATITUDINAL) & strands.closed
     counts = np.diff(strands.offsets)
-    mean = np.bincount(owner, _node_depth(weave)[strands.nodes], minlength=len(strands)) / counts
+    mean = np.bincount(owner, node_generations(weave.lattice)[strands.nodes], minlength=len(strands)) / counts
     visit = np.flatnonzero(is_ring[owner])[::-1]  # Where two rings cross, the first has the node.
     at_node = np.full(weave.lattice.n_nodes, _NONE, np.int64)
     place = np.zeros(weave.lattice.n_nodes, np.int64)
