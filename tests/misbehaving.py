@@ -50,6 +50,17 @@ def spin_after_reading(*, progress: Any) -> None:
     spin(progress=progress)
 
 
+def sleep_after_reading(*, progress: Any) -> None:
+    progress(0.0, "read")
+    time.sleep(600)
+
+
+def chatter(*, progress: Any) -> None:
+    while True:
+        progress(0.5, "still at it")
+        time.sleep(0.05)
+
+
 def eat(*, progress: Any) -> int:
     eaten = [bytearray(64 * 2**20) for _ in range(200)]
     return len(eaten)

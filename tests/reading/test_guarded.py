@@ -75,7 +75,7 @@ def test_work_that_follows_the_reading_has_a_limit_of_its_own():
 @posix
 def test_a_child_that_eats_memory_is_stopped():
     with pytest.raises(TooMuchWork, match="memory"):
-        call_guarded(misbehaving.eat, limits=Limits(memory=2 * 2**30))
+        call_guarded(misbehaving.eat, limits=Limits(reading_seconds=60.0, seconds=60.0, memory=2**30))
 
 
 def test_raising_in_the_progress_ends_the_child():
@@ -94,6 +94,32 @@ def test_a_larger_file_gets_more(tmp_path):
     assert small == Limits()
     assert more.seconds > small.seconds
     assert more.memory > small.memory
+
+
+def test_a_file_of_ordinary_size_ends_in_ten_seconds_and_two_gigabytes_unless_more_is_asked_for(tmp_path):
+    ordinary = tmp_path / "ordinary.3dm"
+    with ordinary.open("wb") as stream:
+        stream.truncate(500_000)
+    usual = limits_for(ordinary)
+    assert usual.reading_seconds <= usual.seconds < 10.0
+    assert usual.memory <= 2 * 2**30
+    assert limits_for(ordinary, is_fineness_asked=True).seconds > 60
+    assert limits_for(ordinary, time_limit=30.0).seconds == 30.0
+    assert limits_for(ordinary, time_limit=30.0).reading_seconds == 30.0
+
+
+def test_the_time_limit_is_of_elapsed_time():
+    start = time.monotonic()
+    with pytest.raises(TooMuchWork, match="longer than 2 seconds"):
+        call_guarded(misbehaving.sleep_after_reading, limits=Limits(reading_seconds=1.0, seconds=2.0))
+    assert 1.9 < time.monotonic() - start < 12
+
+
+def test_telling_progress_does_not_put_the_end_off():
+    start = time.monotonic()
+    with pytest.raises(TooMuchWork, match="longer than 2 seconds"):
+        call_guarded(misbehaving.chatter, limits=Limits(reading_seconds=1.0, seconds=2.0))
+    assert time.monotonic() - start < 12
 
 
 def test_a_file_is_read_and_looked_at_in_a_process_of_its_own(tmp_path):

@@ -83,8 +83,32 @@ def known_method(name: str) -> str:
 
 
 Input = Annotated[Path, typer.Argument(metavar="INPUT", help="A .3dm, .obj, .ply, .stl or .off file.")]
-LayerName = Annotated[Optional[str], typer.Option("--layer", metavar="NAME", help="Layer of the surface.")]
-ObjectName = Annotated[Optional[str], typer.Option("--object", metavar="NAME", help="Name or id of the surface.")]
+LayerNames = Annotated[
+    Optional[list[str]],
+    typer.Option("--layer", metavar="NAME", help="Layer of the surface, Parent::Child; may be given several times."),
+]
+ObjectNames = Annotated[
+    Optional[list[str]],
+    typer.Option("--object", metavar="NAME", help="Name or id of the surface; several are joined to one."),
+]
+EdgeTarget = Annotated[
+    Optional[Length],
+    typer.Option(
+        "--edge-target",
+        parser=length,
+        metavar="LENGTH",
+        help="Longest edge of the mesh that is made of a surface; by default from spacing and curvature.",
+    ),
+]
+TimeLimit = Annotated[
+    Optional[float],
+    typer.Option(
+        "--time-limit",
+        min=1.0,
+        metavar="SECONDS",
+        help="Most time for reading the file; by default 8 seconds, and more for a large file.",
+    ),
+]
 CutPlane = Annotated[
     Optional[Plane],
     typer.Option(

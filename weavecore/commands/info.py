@@ -4,19 +4,20 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from weavecore.commands.arguments import Input
+from weavecore.commands.arguments import Input, TimeLimit
 from weavecore.units import NO_UNIT, with_unit
-from weavecore.viewing.terminal import show_table
+from weavecore.viewing.terminal import progress_bar, show_table
 
 if TYPE_CHECKING:
     from weavecore.reading import ObjectReport
 
 
-def info(input_file: Input) -> None:
+def info(input_file: Input, time_limit: TimeLimit = None) -> None:
     """Tell what a file holds, and of each object whether it can be woven, or why not."""
     from weavecore.pipeline import inspect_file
 
-    report = inspect_file(input_file, guarded=True)
+    with progress_bar(quiet=False) as tell:
+        report = inspect_file(input_file, guarded=True, time_limit=time_limit, progress=tell)
     version = f", version {report.version}" if report.version else ""
     unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"
     typer.echo(f"{input_file.name}: {report.format}{version}, {unit}")

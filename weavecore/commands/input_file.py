@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Optional
+from typing import TYPE_CHECKING, Callable, Optional, Union
 
 import typer
 
@@ -13,22 +14,47 @@ from weavecore.errors import UnitUnknown
 
 if TYPE_CHECKING:
     from weavecore.model import SurfaceMesh
+    from weavecore.units import Length
 
 Lines = list[tuple[str, str]]
 
 
-def read_input(path: Path, layer: Optional[str], name: Optional[str], plane: Optional[Plane]) -> SurfaceMesh:
+def read_input(
+    path: Path,
+    *,
+    layers: Optional[Sequence[str]] = None,
+    objects: Optional[Sequence[str]] = None,
+    plane: Optional[Plane] = None,
+    edge_target: Optional[Length] = None,
+    spacing: Optional[Length] = None,
+    time_limit: Optional[float] = None,
+    progress: Optional[Callable[[float, str], None]] = None,
+) -> SurfaceMesh:
     """Read the surface, and tell its warnings in one line each."""
     from weavecore import pipeline
 
-    cut_plane = plane.point_and_normal if plane else None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", UnitUnknown)
-        surface = pipeline.read_surface(path, layer=layer, object=name, cut_plane=cut_plane, guarded=True)
+        surface = pipeline.read_surface(
+            path,
+            layer=layers,
+            object=objects,
+            cut_plane=plane.point_and_normal if plane else None,
+            edge_target=edge_target,
+            spacing=spacing,
+            guarded=True,
+            time_limit=time_limit,
+            progress=progress,
+        )
     for warning in caught:
         typer.echo(f"weavecore: warning: {UnitUnknown.code}: {warning.message}", err=True)
     return surface
+
+
+def told_names(names: Optional[Sequence[str]]) -> Union[str, list[str], None]:
+    """Names as they are told in the files that are written: a single one as a text."""
+    return names[0] if names and len(names) == 1 else list(names or ()) or None
 
 
 def written(targets: list[Path]) -> Lines:

@@ -5,16 +5,18 @@ from typing import Annotated
 
 import typer
 
-from weavecore.commands.arguments import Input, LayerName, ObjectName, Overwrite, Quiet
-from weavecore.commands.input_file import read_input, written
+from weavecore.commands.arguments import EdgeTarget, Input, LayerNames, ObjectNames, Overwrite, Quiet, TimeLimit
+from weavecore.commands.input_file import read_input, told_names, written
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
 def mesh(
     input_file: Input,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="OUT", help="A .3dm, .obj, .ply, .off, .stl or .json.")],
-    layer: LayerName = None,
-    object_name: ObjectName = None,
+    layer: LayerNames = None,
+    object_name: ObjectNames = None,
+    edge_target: EdgeTarget = None,
+    time_limit: TimeLimit = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -24,9 +26,23 @@ def mesh(
 
         pipeline.check_outputs([out], overwrite=overwrite)
         tell(0.0, "reading")
-        surface = read_input(input_file, layer, object_name, None)
+        surface = read_input(
+            input_file,
+            layers=layer,
+            objects=object_name,
+            edge_target=edge_target,
+            time_limit=time_limit,
+            progress=part_of(tell, 0.0, 0.7),
+        )
+        options = {
+            "input": input_file.name,
+            "layer": told_names(layer),
+            "object": told_names(object_name),
+            "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
+        }
+        parameters = {key: option for key, option in options.items() if option is not None}
         pipeline.export_together(
-            surface, [out], overwrite=overwrite, parameters={"input": input_file.name}, progress=part_of(tell, 0.5, 1.0)
+            surface, [out], overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.7, 1.0)
         )
         lines = pipeline.describe(surface)
     if not quiet:

@@ -8,11 +8,13 @@ import typer
 
 from weavecore.commands.arguments import (
     CutPlane,
+    EdgeTarget,
     Input,
-    LayerName,
-    ObjectName,
+    LayerNames,
+    ObjectNames,
     Overwrite,
     Quiet,
+    TimeLimit,
     ends_with,
     known_material,
     known_method,
@@ -20,7 +22,7 @@ from weavecore.commands.arguments import (
     known_style,
     length,
 )
-from weavecore.commands.input_file import read_input, written
+from weavecore.commands.input_file import read_input, told_names, written
 from weavecore.units import Length
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
@@ -72,8 +74,10 @@ def weave(
             help="stacked, plain, or twill 2/2 and the like; by default what goes with the pattern.",
         ),
     ] = None,
-    layer: LayerName = None,
-    object_name: ObjectName = None,
+    layer: LayerNames = None,
+    object_name: ObjectNames = None,
+    edge_target: EdgeTarget = None,
+    time_limit: TimeLimit = None,
     method: Annotated[str, typer.Option(metavar="NAME", callback=known_method, help="levels.")] = "levels",
     cut_plane: CutPlane = None,
     overwrite: Overwrite = False,
@@ -89,7 +93,16 @@ def weave(
 
         pipeline.check_outputs(targets, overwrite=overwrite)
         tell(0.0, "reading")
-        surface = read_input(input_file, layer, object_name, cut_plane)
+        surface = read_input(
+            input_file,
+            layers=layer,
+            objects=object_name,
+            plane=cut_plane,
+            edge_target=edge_target,
+            spacing=spacing or edge,
+            time_limit=time_limit,
+            progress=part_of(tell, 0.0, 0.1),
+        )
         chosen, distance = _spacing(surface, spacing, edge)
         latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=part_of(tell, 0.1, 0.5))
         edge_length = edge.in_unit(surface.unit) if edge else None
@@ -101,7 +114,13 @@ def weave(
             over_under=over_under,
             progress=part_of(tell, 0.7, 0.85),
         )
-        options = {"input": input_file.name, "layer": layer, "object": object_name, "method": method}
+        options = {
+            "input": input_file.name,
+            "layer": told_names(layer),
+            "object": told_names(object_name),
+            "method": method,
+            "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
+        }
         plane = {"cut_plane": cut_plane.numbers} if cut_plane else {}
         parameters = {**{key: option for key, option in options.items() if option is not None}, **plane}
         pipeline.export_together(

@@ -41,6 +41,7 @@ _START_SECONDS = 40.0
 _MEGABYTE = 2**20
 _FREE_MEGABYTES = 0.5
 _SECONDS_A_MEGABYTE = 20.0
+_FINENESS_SECONDS = 120.0
 _MEMORY_A_MEGABYTE = 100
 
 
@@ -63,7 +64,7 @@ class Limits:
     memory: int = 2 * 1024 * _MEGABYTE
 
 
-def limits_for(path: PathLike, *, time_limit: float | None = None) -> Limits:
+def limits_for(path: PathLike, *, time_limit: float | None = None, is_fineness_asked: bool = False) -> Limits:
     """Limits that suit a file.
 
     Parameters
@@ -73,6 +74,8 @@ def limits_for(path: PathLike, *, time_limit: float | None = None) -> Limits:
         a mesh of what it holds, and 100 MB of memory.
     time_limit : float, optional
         Seconds in all instead, for reading as well; who gives it gets twice the memory.
+    is_fineness_asked : bool
+        Whether an edge target is given: a fine mesh that is asked for gets two minutes more, and twice the memory.
     """
     try:
         megabytes = max(Path(path).stat().st_size / _MEGABYTE - _FREE_MEGABYTES, 0.0)
@@ -84,8 +87,8 @@ def limits_for(path: PathLike, *, time_limit: float | None = None) -> Limits:
         return Limits(time_limit, time_limit, 2 * memory)
     return Limits(
         reading_seconds=usual.reading_seconds + megabytes,
-        seconds=usual.seconds + _SECONDS_A_MEGABYTE * megabytes,
-        memory=memory,
+        seconds=usual.seconds + _SECONDS_A_MEGABYTE * megabytes + (_FINENESS_SECONDS if is_fineness_asked else 0.0),
+        memory=2 * memory if is_fineness_asked else memory,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 
@@ -21,10 +21,14 @@ from weavecore.reading.rhino_file import BLOCK, RhinoDocument, RhinoObject, open
 from weavecore.reading.rhino_meshes import is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
 from weavecore.reading.rhino_surfaces import UNTOLD, MeshedObject, mesh_block, mesh_object
 from weavecore.reading.together import join_objects
+from weavecore.units import Length
 
 Progress = Callable[[float, str], None]
 
 RHINO = ".3dm"
+TypedLength = Union[float, Length]
+"""A length in the file's unit, or with a unit of its own."""
+
 ENDINGS = (RHINO, *MESH_READERS)
 
 
@@ -34,7 +38,8 @@ def read_surface(
     layer: Names = None,
     object: Names = None,  # noqa: A002
     cut_plane: Optional[Plane] = None,
-    edge_target: Optional[float] = None,
+    edge_target: Optional[TypedLength] = None,
+    spacing: Optional[TypedLength] = None,
     guarded: bool = False,
     time_limit: Optional[float] = None,
     progress: Optional[Progress] = None,
@@ -50,8 +55,11 @@ def read_surface(
         coincide; those of one layer or one name must hang together.
     cut_plane : (point, normal), optional
         Closed parts that this plane meets are cut in two by it; others by themselves.
-    edge_target : float, optional
-        Length of an edge where the surface is no mesh yet, in the file's unit.
+    edge_target : float or Length, optional
+        Longest edge where the surface is no mesh yet, in the file's unit, or with a unit of its own; by default
+        from the size, the curvature and the spacing: see `mesh_object`.
+    spacing : float or Length, optional
+        Spacing that the surface will be woven at.
     guarded : bool
         Read in a process of its own, so that a damaged file can neither end this one nor hold it up.
     time_limit : float, optional
@@ -73,9 +81,10 @@ def read_surface(
     UnitUnknown
         Where a Rhino file says no unit.
     """
-    options: dict[str, Any] = {"layer": layer, "object": object, "edge_target": edge_target, "progress": progress}
+    fineness = {"edge_target": edge_target, "spacing": spacing}
+    options: dict[str, Any] = {"layer": layer, "object": object, **fineness, "progress": progress}
     if guarded:
-        limits = limits_for(path, time_limit=time_limit)
+        limits = limits_for(path, time_limit=time_limit, is_fineness_asked=edge_target is not None)
         # What comes from another process is checked and frozen again.
         surface: SurfaceMesh = replace(
             call_guarded(_read_and_repair, path, cut_plane=cut_plane, limits=limits, **options)
@@ -103,6 +112,7 @@ def surface_from(
     name: str = "",
     cut_plane: Optional[Plane] = None,
     edge_target: Optional[float] = None,
+    spacing: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> SurfaceMesh:
     """Make the surface of geometry that is in memory.
@@ -114,15 +124,15 @@ def surface_from(
         or what has ``vertices`` and ``faces``, as a trimesh.Trimesh.
     unit, tolerance, name
         As in `SurfaceMesh`.
-    cut_plane, edge_target, progress
-        As in `read_surface`.
+    cut_plane, edge_target, spacing, progress
+        As in `read_surface`; lengths are in the unit of the geometry.
 
     Raises
     ------
     Unsupported
         Where it is none of these; else as `read_surface`.
     """
-    raw = raw_from(geometry, edge_target=edge_target, tolerance=tolerance, progress=progress)
+    raw = raw_from(geometry, edge_target=edge_target, spacing=spacing, tolerance=tolerance, progress=progress)
     return repair(replace(raw, unit=unit, tolerance=tolerance, name=name), cut_plane=cut_plane)
 
 
@@ -131,7 +141,8 @@ def read_raw(
     *,
     layer: Names = None,
     object: Names = None,  # noqa: A002
-    edge_target: Optional[float] = None,
+    edge_target: Optional[TypedLength] = None,
+    spacing: Optional[TypedLength] = None,
     progress: Optional[Progress] = None,
 ) -> RawMesh:
     """Read a file as plain arrays, with nothing checked or mended that the format does not ask for.
@@ -141,15 +152,14 @@ def read_raw(
     if is_rhino(path):
         document = open_document(path)
         choice = choose_objects(document, layer=layer, object=object)
+        options: dict[str, Any] = {
+            "edge_target": _in_unit(edge_target, document.unit),
+            "spacing": _in_unit(spacing, document.unit),
+            "progress": progress,
+        }
         if len(choice.objects) == 1:
-            return raw_from_document(document, choice.objects[0], edge_target=edge_target, progress=progress)
-        return join_objects(
-            document,
-            choice.objects,
-            must_hang_together=not choice.is_listed,
-            edge_target=edge_target,
-            progress=progress,
-        )
+            return raw_from_document(document, choice.objects[0], **options)
+        return join_objects(document, choice.objects, must_hang_together=not choice.is_listed, **options)
     check_ending(path)
     if layer is not None or object is not None:
         raise NoSurface(
@@ -164,21 +174,21 @@ def raw_from_document(
     chosen: RhinoObject,
     *,
     edge_target: Optional[float] = None,
+    spacing: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> RawMesh:
     """The arrays of one object of a Rhino file."""
     name = chosen.name or Path(document.file_name).stem
+    options: dict[str, Any] = {
+        "tolerance": document.tolerance,
+        "edge_target": edge_target,
+        "spacing": spacing,
+        "progress": progress,
+    }
     if chosen.kind == BLOCK:
-        meshed = mesh_block(
-            document.source,
-            chosen.geometry,
-            tolerance=document.tolerance,
-            edge_target=edge_target,
-            progress=progress,
-        )
-        raw = _raw_from_meshed(meshed)
+        raw = _raw_from_meshed(mesh_block(document.source, chosen.geometry, **options))
     else:
-        raw = raw_from(chosen.geometry, edge_target=edge_target, tolerance=document.tolerance, progress=progress)
+        raw = raw_from(chosen.geometry, **options)
     return replace(raw, unit=document.unit, tolerance=document.tolerance, name=name)
 
 
@@ -186,6 +196,7 @@ def raw_from(
     geometry: Any,
     *,
     edge_target: Optional[float] = None,
+    spacing: Optional[float] = None,
     tolerance: float = 0.0,
     progress: Optional[Progress] = None,
 ) -> RawMesh:
@@ -206,8 +217,8 @@ def raw_from(
         except ValueError:
             raise Unsupported("Rows of different lengths", remedy="Give arrays (V, 3) and (F, 3) or (F, 4).") from None
     if type(geometry).__module__.split(".")[0].lstrip("_") == "rhino3dm":
-        meshed = mesh_object(geometry, edge_target=edge_target, tolerance=tolerance or None, progress=progress)
-        return _raw_from_meshed(meshed)
+        options: dict[str, Any] = {"edge_target": edge_target, "spacing": spacing, "progress": progress}
+        return _raw_from_meshed(mesh_object(geometry, tolerance=tolerance or None, **options))
     raise Unsupported(
         f"Geometry of the kind {type(geometry).__name__}",
         remedy="Give a mesh, a surface of rhino3dm, or a pair (vertices, faces).",
@@ -217,6 +228,10 @@ def raw_from(
 def _raw_from_meshed(meshed: MeshedObject) -> RawMesh:
     n_borders = None if meshed.loops_expected == UNTOLD else meshed.loops_expected
     return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=n_borders)
+
+
+def _in_unit(length: Optional[TypedLength], unit: str) -> Optional[float]:
+    return length.in_unit(unit) if isinstance(length, Length) else length
 
 
 def is_rhino(path: PathLike) -> bool:

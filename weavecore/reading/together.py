@@ -26,6 +26,7 @@ def join_objects(
     *,
     must_hang_together: bool,
     edge_target: float | None = None,
+    spacing: float | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> RawMesh:
     """The arrays of several objects, taken as one.
@@ -36,7 +37,7 @@ def join_objects(
     objects : sequence of RhinoObject
     must_hang_together : bool
         Whether they are refused where their edges do not join them to one piece, or where they lie on each other.
-    edge_target, progress
+    edge_target, spacing, progress
         As in `read_surface`.
 
     Raises
@@ -54,6 +55,7 @@ def join_objects(
         transforms=[transform for _, transform in parts],
         tolerance=document.tolerance,
         edge_target=edge_target,
+        spacing=spacing,
         progress=progress,
     )
     if must_hang_together and not _is_one_sheet(meshed):

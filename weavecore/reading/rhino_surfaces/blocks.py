@@ -83,6 +83,7 @@ def mesh_block(
     *,
     tolerance: float,
     edge_target: float | None = None,
+    spacing: float | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> MeshedObject:
     """Mesh the surfaces that a block reference stands for, joined where their edges coincide.
@@ -99,6 +100,7 @@ def mesh_block(
         transforms=[part.transform for part in parts],
         tolerance=tolerance,
         edge_target=edge_target,
+        spacing=spacing,
         progress=progress,
     )
 

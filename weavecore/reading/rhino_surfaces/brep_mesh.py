@@ -24,7 +24,7 @@ from weavecore.reading.rhino_surfaces.patches import join_patches
 from weavecore.reading.rhino_surfaces.paths import EdgePath, divide_path, edge_path, least_segments
 from weavecore.reading.rhino_surfaces.shape import NO_EDGE, BrepShape
 from weavecore.reading.rhino_surfaces.shaping import relaxed
-from weavecore.reading.rhino_surfaces.sizing import graded_sizes, size_limits
+from weavecore.reading.rhino_surfaces.sizing import DEFAULT_FINENESS, Fineness, graded_sizes, size_limits
 from weavecore.reading.rhino_surfaces.welding import welded
 
 Progress = Callable[[float, str], None]
@@ -39,8 +39,7 @@ def _quiet(_share: float, _label: str) -> None:
 def mesh_brep(
     shape: BrepShape,
     *,
-    edge_target: float | None = None,
-    chord: float | None = None,
+    wanted: Fineness = DEFAULT_FINENESS,
     tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> MeshedObject:
@@ -51,7 +50,7 @@ def mesh_brep(
     for i, face in enumerate(shape.faces):
         tell(0.3 * i / len(shape.faces), "Measuring faces")
         grids.append(face_grid(face))
-    limits = size_limits(grids, paths, edge_target, chord)
+    limits = size_limits(grids, paths, wanted)
     closed = (shape.edge_vertices[:, 0] == shape.edge_vertices[:, 1]).tolist()
     sizes, along = graded_sizes(grids, paths, closed, limits)
     least = least_segments(shape).tolist()

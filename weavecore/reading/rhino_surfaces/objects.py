@@ -19,6 +19,7 @@ from weavecore.reading.rhino_surfaces.brep_mesh import mesh_brep
 from weavecore.reading.rhino_surfaces.joining import join_shapes
 from weavecore.reading.rhino_surfaces.meshed import UNTOLD, MeshedObject
 from weavecore.reading.rhino_surfaces.shape import BrepShape, brep_shape
+from weavecore.reading.rhino_surfaces.sizing import Fineness
 from weavecore.reading.rhino_surfaces.stitching import join_meshes, split_parts
 from weavecore.reading.rhino_surfaces.subd import mesh_subd
 
@@ -34,6 +35,7 @@ def mesh_object(
     *,
     edge_target: float | None = None,
     chord: float | None = None,
+    spacing: float | None = None,
     tolerance: float | None = None,
     transform: ArrayLike | None = None,
     progress: Callable[[float, str], None] | None = None,
@@ -51,6 +53,9 @@ def mesh_object(
     chord : float, optional
         Greatest wanted distance between mesh and surface; a thousandth of the size where it is not given.
         Edges are shorter than ``edge_target`` where the curvature asks for it.
+    spacing : float, optional
+        Spacing that the surface will be woven at: where the two above are not given, edges are at most half as
+        long, and the chord error is a fiftieth of it at most, down to a 150th and a 10,000th of the size.
     tolerance : float, optional
         The model's absolute tolerance: a Brep whose edges are further than this from its faces is told in the notes.
     transform : (4, 4) array_like, optional
@@ -67,14 +72,14 @@ def mesh_object(
     ------
     Unsupported, Unreadable, NonFinite, Degenerate, TooMuchWork
     """
-    moved = _checked_transform(transform)
+    moved, wanted = _checked_transform(transform), Fineness(edge_target, chord, spacing)
     if progress is not None:
         progress(0.0, "Reading the surface")
     if type(geometry).__name__ == "SubD":
-        meshed = mesh_subd(geometry, edge_target=edge_target, chord=chord, transform=moved, progress=progress)
+        meshed = mesh_subd(geometry, wanted=wanted, transform=moved, progress=progress)
     else:
         shape = brep_shape(as_brep(geometry), moved)
-        meshed = mesh_brep(shape, edge_target=edge_target, chord=chord, tolerance=tolerance, progress=progress)
+        meshed = mesh_brep(shape, wanted=wanted, tolerance=tolerance, progress=progress)
     if progress is not None:
         progress(1.0, "Meshed")
     return meshed
@@ -87,6 +92,7 @@ def mesh_objects(
     transforms: Sequence[ArrayLike | None] | None = None,
     edge_target: float | None = None,
     chord: float | None = None,
+    spacing: float | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> MeshedObject:
     """Mesh several surfaces as one, joined where their edges coincide.
@@ -102,7 +108,7 @@ def mesh_objects(
         How far apart edges that are meant to coincide may lie: the model's absolute tolerance.
     transforms : sequence of (4, 4) array_like or None, optional
         Moves each of them first.
-    edge_target, chord, progress
+    edge_target, chord, spacing, progress
         As in `mesh_object`.
 
     Raises
@@ -110,15 +116,16 @@ def mesh_objects(
     Unsupported, Unreadable, NonFinite, Degenerate, TooMuchWork, NotOrientable
     """
     moved = [_checked_transform(t) for t in (transforms or [None] * len(geometries))]
+    wanted = Fineness(edge_target, chord, spacing)
     pairs = list(zip(geometries, moved))
     shapes = [brep_shape(as_brep(g), t) for g, t in pairs if not (type(g).__name__ == "SubD" or is_rhino_mesh(g))]
     meshes = []
     if shapes:
         joined = join_shapes(shapes, min(tolerance, _MOST_TOLERANCE * _extent(shapes)))
-        meshes.append(mesh_brep(joined, edge_target=edge_target, chord=chord, tolerance=tolerance, progress=progress))
+        meshes.append(mesh_brep(joined, wanted=wanted, tolerance=tolerance, progress=progress))
     for geometry, transform in pairs:
         if type(geometry).__name__ == "SubD":
-            meshes.append(mesh_subd(geometry, edge_target=edge_target, chord=chord, transform=transform))
+            meshes.append(mesh_subd(geometry, wanted=wanted, transform=transform))
         elif is_rhino_mesh(geometry):
             meshes.append(_plain_mesh(geometry, transform))
     extent = float(np.linalg.norm(np.ptp(np.concatenate([m.vertices for m in meshes]), axis=0)))

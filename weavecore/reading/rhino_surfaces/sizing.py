@@ -26,6 +26,10 @@ CHORD_SHARE = 1e-3
 _EDGE_SHARE = 1 / 50
 # Whatever is asked for, a mesh must have enough triangles to be the surface: a sphere of four is none.
 _MOST_EDGE_SHARE, _MOST_CHORD_SHARE = 1 / 4, 0.02
+# A spacing asks for two edges and for a chord error that does not show beside it.  However small it is, it does
+# not ask for more than some 100,000 triangles: the offset divides flat triangles by itself.
+_EDGES_OF_SPACING, _LEAST_EDGE_SHARE = 0.5, 1 / 150
+_CHORD_OF_SPACING, _LEAST_CHORD_SHARE = 0.02, 1e-4
 _CHORD_FACTOR = 3.5
 _ANGLE = 0.6
 _LEAST_IN_CHORDS = 4.0
@@ -45,17 +49,36 @@ class SizeLimits:
     extent: float
 
 
-def size_limits(
-    grids: Sequence[FaceGrid], paths: Sequence[EdgePath], edge_target: float | None, chord: float | None
-) -> SizeLimits:
+@dataclass(frozen=True)
+class Fineness:
+    """What a caller asks of a mesh; see `mesh_object`."""
+
+    edge_target: float | None = None
+    chord: float | None = None
+    spacing: float | None = None
+
+    def limits(self, extent: float) -> SizeLimits:
+        """The limits for a surface of that size."""
+        edge, chord = self.edge_target or _EDGE_SHARE * extent, self.chord or CHORD_SHARE * extent
+        if self.spacing and not self.edge_target:
+            edge = min(edge, max(_EDGES_OF_SPACING * self.spacing, _LEAST_EDGE_SHARE * extent))
+        if self.spacing and not self.chord:
+            chord = min(chord, max(_CHORD_OF_SPACING * self.spacing, _LEAST_CHORD_SHARE * extent))
+        return SizeLimits(min(edge, _MOST_EDGE_SHARE * extent), min(chord, _MOST_CHORD_SHARE * extent), extent)
+
+
+DEFAULT_FINENESS = Fineness()
+"""Edges of a fiftieth of the size, and a chord error of a thousandth of it."""
+
+
+def size_limits(grids: Sequence[FaceGrid], paths: Sequence[EdgePath], wanted: Fineness) -> SizeLimits:
     """Limits from what the caller asks for, or from the surface's size."""
     corners = [g.points[g.inside] for g in grids] + [p.points for p in paths]
     cloud = np.concatenate(corners)
     extent = float(np.linalg.norm(np.ptp(cloud, axis=0)))
     if not extent > 0:
         raise Degenerate("The surface has no extent", remedy="Give a surface that has an area.")
-    edge = min(edge_target or _EDGE_SHARE * extent, _MOST_EDGE_SHARE * extent)
-    return SizeLimits(edge, min(chord or CHORD_SHARE * extent, _MOST_CHORD_SHARE * extent), extent)
+    return wanted.limits(extent)
 
 
 def size_by_curvature(curvature: Floats, limits: SizeLimits) -> Floats:

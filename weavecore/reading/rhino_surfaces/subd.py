@@ -11,9 +11,8 @@ from weavecore.errors import Degenerate, NonFinite, TooMuchWork
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.reading.quads import split_quads
 from weavecore.reading.rhino_surfaces.meshed import MeshedObject
-from weavecore.reading.rhino_surfaces.sizing import CHORD_SHARE
+from weavecore.reading.rhino_surfaces.sizing import DEFAULT_FINENESS, Fineness
 
-_EDGE_SHARE = 1 / 50
 _MOST_FACES = 400_000
 _USUAL_FACES = 100_000
 _NEXT_LEVEL = 4
@@ -22,14 +21,13 @@ _NEXT_LEVEL = 4
 def mesh_subd(
     subd: Any,
     *,
-    edge_target: float | None = None,
-    chord: float | None = None,
+    wanted: Fineness = DEFAULT_FINENESS,
     transform: Floats | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> MeshedObject:
     """Mesh the limit surface of a ``rhino3dm.SubD``; see `mesh_object`.
 
-    It is refined until the edges' median length is at most ``edge_target`` and the chord error is kept.
+    It is refined until the edges' median length is at most the edge target and the chord error is kept.
     What was not asked for is refined to 100,000 faces at most.
     """
     moved = np.eye(4) if transform is None else transform
@@ -45,11 +43,12 @@ def mesh_subd(
         points, quads = _limit_quads(refined, moved)
         extent = float(np.linalg.norm(np.ptp(points, axis=0)))
         error, length = _chord_error(points, quads), _median_edge(points, quads)
-        asked = _levels(length, edge_target, error, chord)
+        asked = _levels(length, wanted.edge_target, error, wanted.chord)
         if len(quads) * _NEXT_LEVEL**asked > _MOST_FACES:
             raise TooMuchWork("The SubD would take too many faces", remedy="Give a longer edge target.")
         room = int(np.log(_USUAL_FACES / len(quads)) / np.log(_NEXT_LEVEL)) if len(quads) < _USUAL_FACES else 0
-        usual = _levels(length, edge_target or _EDGE_SHARE * extent, error, chord or CHORD_SHARE * extent)
+        limits = wanted.limits(extent)
+        usual = _levels(length, limits.edge, error, limits.chord)
         more = max(asked, min(usual, room))
     faces = split_quads(points, quads).reshape(-1, 3)
     if np.linalg.det(moved[:3, :3]) < 0:
