@@ -5,7 +5,7 @@ import pytest
 
 from weavecore import pipeline
 from weavecore.errors import Unsupported
-from weavecore.geometry.splines import fit_splines, sample_curves
+from weavecore.geometry.splines import as_b_splines, fit_splines, sample_curves
 from weavecore.model import Material, RodAxes
 from weavecore.weaving.bending import bending_window, measure_bending
 from weavecore.weaving.materials import known_materials, material_named
@@ -15,7 +15,7 @@ from woven_rods import tube_latitudes, woven_tube
 def axes_through(*rows: np.ndarray, closed: tuple[bool, ...]) -> RodAxes:
     points, flags = np.concatenate(rows), np.array(closed)
     offsets = np.r_[0, np.cumsum([len(row) for row in rows])]
-    fit = fit_splines(points, offsets, flags)
+    fit, drawn = fit_splines(points, offsets, flags), as_b_splines(points, offsets, flags)
     samples = sample_curves(points, fit.derivatives, fit.parameters, offsets, flags, fit.ends, step=5.0)
     return RodAxes(
         offsets,
@@ -24,10 +24,10 @@ def axes_through(*rows: np.ndarray, closed: tuple[bool, ...]) -> RodAxes:
         fit.derivatives,
         fit.parameters,
         fit.ends,
-        fit.knot_offsets,
-        fit.knots,
-        fit.control_offsets,
-        fit.controls,
+        drawn.knot_offsets,
+        drawn.knots,
+        drawn.control_offsets,
+        drawn.controls,
         samples.stations[samples.is_given],
         samples.stations[samples.offsets[1:] - 1],
         np.zeros(len(points)),

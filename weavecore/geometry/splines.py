@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import CubicSpline, make_interp_spline
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 
@@ -22,11 +22,17 @@ _GAUSS = np.polynomial.legendre.leggauss(4)
 
 @dataclass(frozen=True, eq=False)
 class SplineRows:
-    """Splines through rows of points; see `RodAxes` for the arrays."""
+    """Splines through rows of points, as cubics between them; see `RodAxes` for the arrays."""
 
     derivatives: Floats
     parameters: Floats
     ends: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class BSplineRows:
+    """The same splines as B-splines; see `RodAxes` for the arrays."""
+
     knot_offsets: Ints
     knots: Floats
     control_offsets: Ints
@@ -59,36 +65,52 @@ def fit_splines(points: Floats, offsets: Ints, closed: Bools) -> SplineRows:
     """Interpolate each row of points (two at least, three of a closed row) by a cubic spline."""
     derivatives = np.zeros_like(points)
     parameters = np.zeros(len(points))
-    knots: list[Floats] = []
-    controls: list[Floats] = []
     ends = np.zeros(len(closed))
     for row, is_closed in enumerate(closed.tolist()):
         part = slice(offsets[row], offsets[row + 1])
-        through = np.concatenate([points[part], points[part][:1]]) if is_closed else points[part]
-        chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
-        # Two visits at one place would make no spline at all.
-        chords = np.maximum(chords, 1e-9 * max(float(chords.sum()), np.finfo(float).tiny))
-        at = np.concatenate([[0.0], np.cumsum(chords)])
+        through = _points_through(points[part], is_closed)
+        at = _chord_parameters(through)
         count = part.stop - part.start
         parameters[part], ends[row] = at[:count], at[-1]
         if count == 2:
             derivatives[part] = (through[1] - through[0]) / at[-1]
+        else:
+            spline = CubicSpline(at, through, bc_type="periodic" if is_closed else "natural")
+            derivatives[part] = spline.c[2] if is_closed else spline(at, 1)
+    return SplineRows(derivatives, parameters, ends)
+
+
+def as_b_splines(points: Floats, offsets: Ints, closed: Bools) -> BSplineRows:
+    """The splines of `fit_splines` with the knots and control points of B-splines."""
+    knots: list[Floats] = []
+    controls: list[Floats] = []
+    for row, is_closed in enumerate(closed.tolist()):
+        through = _points_through(points[offsets[row] : offsets[row + 1]], is_closed)
+        at = _chord_parameters(through)
+        if len(through) == 2:
             knots.append(np.repeat(at, DEGREE + 1))
             controls.append(through[0] + (through[1] - through[0]) * (np.arange(DEGREE + 1) / DEGREE)[:, None])
             continue
         spline: Any = make_interp_spline(at, through, k=DEGREE, bc_type="periodic" if is_closed else "natural")
-        derivatives[part] = spline.derivative()(at[:count])
         knots.append(spline.t)
         controls.append(spline.c)
-    return SplineRows(
-        derivatives,
-        parameters,
-        ends,
+    return BSplineRows(
         offsets_of([len(k) for k in knots]),
         np.concatenate([*knots, np.zeros(0)]),
         offsets_of([len(c) for c in controls]),
         np.concatenate([*controls, np.zeros((0, 3))]),
     )
+
+
+def _points_through(points: Floats, is_closed: bool) -> Floats:
+    return np.concatenate([points, points[:1]]) if is_closed else points
+
+
+def _chord_parameters(through: Floats) -> Floats:
+    chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
+    # Two visits at one place would make no spline at all.
+    chords = np.maximum(chords, 1e-9 * max(float(chords.sum()), np.finfo(float).tiny))
+    return np.concatenate([[0.0], np.cumsum(chords)])
 
 
 def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) -> tuple[Ints, Ints, Floats]:

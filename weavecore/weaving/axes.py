@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
-from weavecore.geometry.splines import SplineRows, fit_splines, sample_curves
+from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes
@@ -90,12 +90,13 @@ def _as_axes(lattice: Lattice, strands: Strands, points: Floats, rows: SplineRow
         "ends": rows.ends,
     }
     samples = sample_curves(**curves, step=step)
+    drawn = as_b_splines(points, strands.offsets, strands.closed)
     return RodAxes(
         **curves,
-        knot_offsets=rows.knot_offsets,
-        knots=rows.knots,
-        control_offsets=rows.control_offsets,
-        controls=rows.controls,
+        knot_offsets=drawn.knot_offsets,
+        knots=drawn.knots,
+        control_offsets=drawn.control_offsets,
+        controls=drawn.controls,
         stations=samples.stations[samples.is_given],
         lengths=samples.stations[samples.offsets[1:] - 1],
         layer_offsets=offsets,
