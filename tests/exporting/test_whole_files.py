@@ -113,3 +113,72 @@ def test_a_disk_that_is_full_leaves_the_old_files_whole(tmp_path: Path) -> None:
     assert done.stdout.startswith("NOT_WRITTEN: large.json could not be written")
     assert (tmp_path / "large.json").read_bytes() == b"old"
     assert names_in(tmp_path) == ["large.json"]
+
+
+KILLED = """
+import os, sys, time
+from weavecore import files
+
+def stop(*_):
+    print("there", flush=True)
+    time.sleep(60)
+
+class Half:
+    # Half of the content is on the disk when the process ends.
+    def __init__(self, stream):
+        self.stream = stream
+    def __getattr__(self, name):
+        return getattr(self.stream, name)
+    def __enter__(self):
+        return self
+    def __exit__(self, *_):
+        self.stream.close()
+    def write(self, content):
+        self.stream.write(content[: len(content) // 2])
+        self.stream.flush()
+        stop()
+
+where, paths = sys.argv[1], sys.argv[2:]
+if where == "writing":
+    whole = files.Path.open
+    files.Path.open = lambda self, mode="r": Half(whole(self, mode)) if mode == "wb" else whole(self, mode)
+elif where == "before replacing":
+    files.Path.replace = stop
+elif where == "between two":
+    once = files.Path.replace
+    def replace(self, target):
+        once(self, target)
+        stop()
+    files.Path.replace = replace
+files.write_together({path: b"new" * 10000 for path in paths}, overwrite=True)
+"""
+
+
+def killed_while(where: str, *paths: Path) -> None:
+    """Write to the paths in a process that is killed at a certain point."""
+    command = [sys.executable, "-c", KILLED, where, *map(str, paths)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(ROOT)}) as writer:
+        assert writer.stdout is not None
+        assert writer.stdout.readline().strip() == b"there"
+        writer.kill()
+
+
+@pytest.mark.parametrize("where", ["writing", "before replacing"])
+def test_a_writer_that_is_killed_leaves_the_old_files_whole(tmp_path: Path, where: str) -> None:
+    targets = [tmp_path / "a.json", tmp_path / "b.3dm"]
+    for target in targets:
+        target.write_bytes(b"old")
+    killed_while(where, *targets)
+    assert [target.read_bytes() for target in targets] == [b"old", b"old"]
+    left = [name for name in names_in(tmp_path) if name not in ("a.json", "b.3dm")]
+    assert all(name.startswith(".weavecore-") and name.endswith(".part") for name in left)
+    files.write_together(dict.fromkeys(targets, b"newer"), overwrite=True)
+    assert [target.read_bytes() for target in targets] == [b"newer", b"newer"]
+
+
+def test_a_writer_that_is_killed_between_two_files_leaves_each_of_them_whole(tmp_path: Path) -> None:
+    targets = [tmp_path / "a.json", tmp_path / "b.3dm"]
+    for target in targets:
+        target.write_bytes(b"old")
+    killed_while("between two", *targets)
+    assert [target.read_bytes() for target in targets] == [b"new" * 10000, b"old"]
