@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
-from weavecore.geometry.splines import DEGREE
+from weavecore.geometry.splines import DEGREE, fit_splines
 from weavecore.model import FAMILIES, Bending, Clashes, Joints, Lattice, Material, RodAxes, Strands, Weave
 from weavecore.reading.result_part import ResultPart, damaged_result
 
@@ -91,24 +91,20 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
     if not rises.all() or (stations < 0).any() or (stations > lengths[owner] * (1 + 1e-9)).any():
         raise damaged_result("The stations of a strand do not rise from 0 to its length")
     points = nodes[strands.nodes] + layer_offsets[:, None] * normals[strands.nodes]
-    derivatives = np.zeros_like(points)
     room = _FROM_NODE * float(np.linalg.norm(np.ptp(nodes, axis=0)))
+    fitted = fit_splines(points, strands.offsets, strands.closed)
     for s, row in enumerate(rows):
         part = slice(strands.offsets[s], strands.offsets[s + 1])
         spline: Any = BSpline(knots[s], controls[s], DEGREE)
-        at = knots[s][DEGREE : DEGREE + counts[s]]
-        if not np.abs(spline(at) - points[part]).max() <= room:
+        if not np.abs(spline(fitted.parameters[part]) - points[part]).max() <= room:
             raise damaged_result(f"{row.where}.axis does not pass through the places of its strand")
-        # A spline through two points is a straight line, whose derivative is known without rounding.
-        chord = (points[part][-1] - points[part][0]) / (knots[s][-1] - knots[s][0])
-        derivatives[part] = chord if counts[s] == 2 else spline.derivative()(at)
     return RodAxes(
         offsets=strands.offsets,
         closed=strands.closed,
         points=points,
-        derivatives=derivatives,
-        parameters=_joined([knots[s][DEGREE : DEGREE + n] for s, n in enumerate(counts)]),
-        ends=np.array([one[-DEGREE - 1] for one in knots], np.float64),
+        derivatives=fitted.derivatives,
+        parameters=fitted.parameters,
+        ends=fitted.ends,
         knot_offsets=offsets_of([len(one) for one in knots]),
         knots=_joined(knots),
         control_offsets=offsets_of([len(one) for one in controls]),
