@@ -17,8 +17,8 @@ from weavecore.exporting.polygons import polygons_of
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.exporting.rhino_document import Document
 from weavecore.exporting.woven import add_rods
-from weavecore.geometry.arrays import Floats, Ints
-from weavecore.model import FAMILIES, LATITUDINAL, LONGITUDINAL, Latitudes, Lattice, Strands
+from weavecore.geometry.arrays import Floats
+from weavecore.model import FAMILIES, LATITUDINAL, LONGITUDINAL, Latitudes, Lattice, Strands, first_generations
 from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours
 
 
@@ -92,7 +92,7 @@ def _add_latitudes(document: Document, latitudes: Latitudes) -> None:
 
 def _add_strands(document: Document, strands: Strands, lattice: Lattice) -> None:
     """Add the strands that bind the latitudes; the latitudinal ones run along the latitudes, which are there."""
-    begins = _first_generation(strands, lattice)
+    begins = first_generations(strands, lattice).tolist()
     lengths = strand_lengths(strands, lattice).tolist()
     for s in np.flatnonzero(strands.family != LATITUDINAL).tolist():
         family = int(strands.family[s])
@@ -103,16 +103,6 @@ def _add_strands(document: Document, strands: Strands, lattice: Lattice) -> None
         texts = {"id": s, "family": FAMILIES[family], "generation": begins[s], "length": lengths[s]}
         points = _drawn(lattice.nodes[strands.strand(s)], is_closed=bool(strands.closed[s]))
         document.add_polyline(points, layer, f"strand {s}", texts)
-
-
-def _first_generation(strands: Strands, lattice: Lattice) -> list[int]:
-    """The least generation that each strand touches; hubs, which lie on none, do not count unless they are all."""
-    latitudes = lattice.latitudes
-    none = latitudes.n_generations
-    of_node = np.where(lattice.node_latitude < 0, none, latitudes.generation[lattice.node_latitude])
-    least: Ints = np.minimum.reduceat(of_node[strands.nodes], strands.offsets[:-1])
-    begins: list[int] = np.where(least == none, 0, least).tolist()
-    return begins
 
 
 def _drawn(points: Floats, *, is_closed: bool) -> Floats:

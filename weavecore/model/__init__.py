@@ -9,7 +9,7 @@ from weavecore.model.material import Material
 from weavecore.model.polylines import Polylines
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.sequence import BuildSequence
-from weavecore.model.strands import Strands
+from weavecore.model.strands import Strands, first_generations
 from weavecore.model.surface import SurfaceMesh
 from weavecore.model.weave import Weave
 
@@ -31,4 +31,5 @@ __all__ = [
     "Strands",
     "SurfaceMesh",
     "Weave",
+    "first_generations",
 ]

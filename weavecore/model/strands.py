@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, frozen
+from weavecore.model.lattice import Lattice
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,3 +50,13 @@ class Strands:
         """The nodes (n,) of strand ``s`` in order."""
         nodes: Ints = self.nodes[self.offsets[s] : self.offsets[s + 1]]
         return nodes
+
+
+def first_generations(strands: Strands, lattice: Lattice) -> Ints:
+    """(S,) the least generation that each strand touches; hubs, which lie on none, do not count unless they are all."""
+    latitudes = lattice.latitudes
+    none = latitudes.n_generations
+    of_node = np.where(lattice.node_latitude < 0, none, latitudes.generation[lattice.node_latitude])
+    least: Ints = np.minimum.reduceat(of_node[strands.nodes], strands.offsets[:-1])
+    begins: Ints = np.where(least == none, 0, least)
+    return begins

@@ -1,0 +1,25 @@
+# r: weavecore>=0.1
+# venv: weavecore
+"""Writes the result of any stage to a file, by the file's ending."""
+
+import Grasshopper
+import scriptcontext
+
+from weavecore import canvas
+
+
+def compute(run, value, path, write, overwrite):
+    report = canvas.report_lines(value)
+    if not write or path is None:
+        run.caption = "not written"
+        return None, report
+    target = canvas.write_value(run, value, path, overwrite=bool(overwrite))
+    run.caption = "written"
+    return target, report
+
+
+class Export(Grasshopper.Kernel.GH_ScriptInstance):
+    def RunScript(self, value, path: str, write: bool, overwrite: bool):
+        inputs = {"value": value, "path": path, "write": write, "overwrite": overwrite}
+        component, sticky = ghenv.Component, scriptcontext.sticky
+        return canvas.solve(component, sticky, compute, inputs, needs={"value": object}, n_outputs=2, is_kept=False)

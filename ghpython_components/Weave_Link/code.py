@@ -1,0 +1,23 @@
+# r: weavecore>=0.1
+# venv: weavecore
+"""Divides the latitudes and binds them to a lattice."""
+
+import Grasshopper
+import scriptcontext
+
+import weavecore as wc
+from weavecore import canvas
+
+
+def compute(run, latitudes, edge, pattern):
+    lattice = wc.link(latitudes, edge_length=edge, pattern=pattern or "triangular", progress=run.progress)
+    drawn = canvas.draw_lattice(run, lattice)
+    run.caption = canvas.counts(node=lattice.n_nodes, edge=lattice.n_edges)
+    return lattice, drawn.nodes, drawn.rings, drawn.longitudes, drawn.pockets, drawn.mesh
+
+
+class Link(Grasshopper.Kernel.GH_ScriptInstance):
+    def RunScript(self, latitudes, edge: float, pattern: str):
+        inputs = {"latitudes": latitudes, "edge": edge, "pattern": pattern}
+        component, sticky = ghenv.Component, scriptcontext.sticky
+        return canvas.solve(component, sticky, compute, inputs, needs={"latitudes": wc.Latitudes}, n_outputs=6)

@@ -1,0 +1,23 @@
+# r: weavecore>=0.1
+# venv: weavecore
+"""Measures a result, and checks that it keeps what it promises."""
+
+import Grasshopper
+import scriptcontext
+
+from weavecore import canvas
+
+
+def compute(run, value):
+    measures = canvas.measure(value)
+    findings = canvas.check(run, value)
+    run.caption = canvas.measures_caption(measures)
+    edges = None if measures.edges is None else measures.edges.tolist()
+    figures = measures.regular, measures.least_radius, measures.utilisation
+    return (measures.spacing.tolist(), edges, *figures, findings)
+
+
+class Measure(Grasshopper.Kernel.GH_ScriptInstance):
+    def RunScript(self, value):
+        component, sticky = ghenv.Component, scriptcontext.sticky
+        return canvas.solve(component, sticky, compute, {"value": value}, needs={"value": object}, n_outputs=6)

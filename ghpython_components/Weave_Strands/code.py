@@ -1,0 +1,26 @@
+# r: weavecore>=0.1
+# venv: weavecore
+"""Lays rods over and under each other along the lattice."""
+
+import Grasshopper
+import scriptcontext
+
+import weavecore as wc
+from weavecore import canvas
+
+
+def compute(run, lattice, diameter, material, style):
+    options = {"rod_diameter": diameter, "material": material or "gfrp", "over_under": style}
+    weave = wc.weave(lattice, **options, progress=run.progress)
+    drawn = canvas.draw_rods(run, weave)
+    run.caption = f"{canvas.counts(rod=len(weave))}, {weave.over_under}"
+    for text in canvas.concerns(weave):
+        run.warn(text)
+    return weave, drawn.rods, drawn.names, drawn.layers, drawn.utilisation
+
+
+class Strands(Grasshopper.Kernel.GH_ScriptInstance):
+    def RunScript(self, lattice, diameter: float, material: str, style: str):
+        inputs = {"lattice": lattice, "diameter": diameter, "material": material, "style": style}
+        component, sticky = ghenv.Component, scriptcontext.sticky
+        return canvas.solve(component, sticky, compute, inputs, needs={"lattice": wc.Lattice}, n_outputs=5)

@@ -1,0 +1,42 @@
+"""What Grasshopper's components do beside calling a stage.
+
+A *solution* is one run of a component.  Its inputs that are not wired are None; `solve` keeps silent until those that
+are needed are there, keeps results of the same inputs, and turns whatever is wrong into a balloon.
+Nothing here imports Grasshopper before it is needed, so that it can be tested without.
+"""
+
+from weavecore.canvas.measuring import Measures, measure, measures_caption
+from weavecore.canvas.reading import read_geometry
+from weavecore.canvas.results import (
+    LatitudeResults,
+    LatticeResults,
+    RodResults,
+    draw_latitudes,
+    draw_lattice,
+    draw_rods,
+    draw_surface,
+)
+from weavecore.canvas.solving import Cancelled, Run, solve
+from weavecore.canvas.writing import check, concerns, counts, report_lines, write_value
+
+__all__ = [
+    "Cancelled",
+    "LatitudeResults",
+    "LatticeResults",
+    "Measures",
+    "RodResults",
+    "Run",
+    "check",
+    "concerns",
+    "counts",
+    "draw_latitudes",
+    "draw_lattice",
+    "draw_rods",
+    "draw_surface",
+    "measure",
+    "measures_caption",
+    "read_geometry",
+    "report_lines",
+    "solve",
+    "write_value",
+]

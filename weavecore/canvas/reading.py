@@ -1,0 +1,80 @@
+"""Whatever comes through the wire of ``Weave_Surface`` as a surface in the document's unit."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
+from typing import Any, Optional
+
+from weavecore import pipeline
+from weavecore.canvas.solving import Run
+from weavecore.errors import NoSurface
+from weavecore.model import SurfaceMesh
+from weavecore.rhino_geometry import plane_from
+from weavecore.units import METRES
+
+
+def read_geometry(
+    run: Run,
+    geometry: Any,
+    *,
+    layer: Optional[str] = None,
+    name: Optional[str] = None,
+    edge: Optional[float] = None,
+    plane: Any = None,
+) -> SurfaceMesh:
+    """The surface that a geometry, the id of an object of Rhino, or the path of a file is.
+
+    Parameters
+    ----------
+    run : Run
+    geometry : object
+        Geometry of Rhino, a ``Guid``, a path, or a `SurfaceMesh`, which is given back.
+    layer, name : str, optional
+        Which object of a file is meant.
+    edge : float, optional
+        Length of an edge where the surface is no mesh yet, in the document's unit.
+    plane : Plane, optional
+        Cuts a closed surface in two.
+
+    Raises
+    ------
+    WeaveError
+        As `weavecore.read_surface` and `weavecore.surface_from`.
+    """
+    cut_plane = None if plane is None else plane_from(plane)
+    if isinstance(geometry, SurfaceMesh):
+        return geometry
+    if isinstance(geometry, (str, os.PathLike)):
+        path = os.fspath(geometry).strip().strip('"')
+        surface = pipeline.read_surface(
+            path, layer=layer, object=name, edge_target=edge, cut_plane=cut_plane, progress=run.progress
+        )
+        return in_unit(surface, run.document.unit, run.remark)
+    if type(geometry).__name__ == "Guid":
+        geometry = _referenced(geometry)
+    unit, tolerance = run.document
+    return pipeline.surface_from(
+        geometry, unit=unit, tolerance=tolerance, edge_target=edge, cut_plane=cut_plane, progress=run.progress
+    )
+
+
+def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:
+    """The surface in another unit; as it is where one of both is not known."""
+    if surface.unit == unit or surface.unit not in METRES or unit not in METRES:
+        return surface
+    # A division leaves one rounding less: 120 mm are 0.12 m to the last bit.
+    per_unit = METRES[unit] / METRES[surface.unit]
+    remark(f"The file is in {surface.unit}, the document in {unit}: scaled by {1 / per_unit:g}.")
+    return replace(surface, vertices=surface.vertices / per_unit, tolerance=surface.tolerance / per_unit, unit=unit)
+
+
+def _referenced(object_id: Any) -> Any:
+    """The geometry of an object of the open document."""
+    document: Any = import_module("Rhino").RhinoDoc.ActiveDoc
+    found = document.Objects.FindId(object_id) if document is not None else None
+    if found is None:
+        raise NoSurface("The document has no such object", remedy="Pick it again.", ids=[object_id], kind="object")
+    return found.Geometry

@@ -1,0 +1,129 @@
+"""The stages' results as what Grasshopper shows and hands on: curves, points and meshes, in trees by generation."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from weavecore.canvas.solving import Run
+from weavecore.canvas.trees import data_tree, grouped
+from weavecore.geometry.arrays import Ints
+from weavecore.geometry.polygons import fan_quads
+from weavecore.model import (
+    LATITUDINAL,
+    LONGITUDINAL,
+    POCKET,
+    Latitudes,
+    Lattice,
+    SurfaceMesh,
+    Weave,
+    first_generations,
+)
+from weavecore.weaving.strands import find_strands
+
+_LETTERS = "LABP"
+"""The first letters of the names of rods, in the order of their branches."""
+
+
+class LatitudeResults(NamedTuple):
+    """Curves in a branch for each generation, and for each of them the places of its parents in the branch before."""
+
+    curves: Any
+    parents: Any
+
+
+class LatticeResults(NamedTuple):
+    """Nodes in the lattice's order; rings and longitudes in branches by generation; pocket edges; the faces."""
+
+    nodes: Any
+    rings: Any
+    longitudes: Any
+    pockets: list[Any]
+    mesh: Any
+
+
+class RodResults(NamedTuple):
+    """Of each rod, in a branch for each family: its curve, its name, what lies under it at each joint, and its bend."""
+
+    rods: Any
+    names: Any
+    layers: Any
+    utilisation: Any
+
+
+def draw_surface(run: Run, surface: SurfaceMesh) -> tuple[list[Any], Any]:
+    """The borders, and the cuts of a closed surface, as closed curves; and the mesh."""
+    loops = [surface.vertices[loop] for loop in (*surface.borders, *surface.cuts)]
+    borders = [run.drawing.polyline(loop, is_closed=True) for loop in loops]
+    return borders, run.drawing.mesh(surface.vertices, surface.faces[:, [0, 1, 2, 2]])
+
+
+def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:
+    """The latitudes as curves, and who came from whom."""
+    lines, generation = latitudes.polylines, latitudes.generation
+    curves = run.drawing.polylines(lines.points, lines.offsets, lines.closed)
+    place = _places(generation)
+    parents: dict[int, list[int]] = {p: [] for p in range(len(latitudes))}
+    for parent, child in latitudes.parents.tolist():
+        parents[child].append(int(place[parent]))
+    order = np.lexsort([place, generation]).tolist()
+    branches = [((int(generation[p]), int(place[p])), parents[p]) for p in order]
+    return LatitudeResults(data_tree(grouped(generation, curves)), data_tree(branches))
+
+
+def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
+    """The lattice as points, curves along its strands, edges of its pockets, and a mesh."""
+    strands = find_strands(lattice)
+    begins = first_generations(strands, lattice)
+    curves = run.drawing.polylines(lattice.nodes[strands.nodes], strands.offsets, strands.closed)
+    family = {
+        kind: [(begins[s], curves[s]) for s in np.flatnonzero(strands.family == kind)]
+        for kind in (LATITUDINAL, LONGITUDINAL)
+    }
+    pocket = lattice.edges[lattice.edge_family == POCKET]
+    quads = fan_quads(lattice.face_offsets, lattice.face_nodes)[0]
+    return LatticeResults(
+        nodes=run.drawing.points(lattice.nodes),
+        rings=data_tree(grouped(*_columns(family[LATITUDINAL]))),
+        longitudes=data_tree(grouped(*_columns(family[LONGITUDINAL]))),
+        pockets=run.drawing.lines(lattice.nodes[pocket[:, 0]], lattice.nodes[pocket[:, 1]]),
+        mesh=run.drawing.mesh(lattice.nodes, quads),
+    )
+
+
+def draw_rods(run: Run, weave: Weave) -> RodResults:
+    """The middle lines of the rods, and what a maker asks of each."""
+    axes, strands = weave.axes, weave.strands
+    branch = [_LETTERS.index(name[0]) for name in weave.ids]
+    curves = [run.drawing.spline(*axes.bspline(s)) for s in range(len(weave))]
+    under = _rods_under(weave).tolist()
+    ends = strands.offsets.tolist()
+    place = _places(np.asarray(branch)).tolist()
+    layers = [((branch[s], place[s]), under[ends[s] : ends[s + 1]]) for s in range(len(weave))]
+    return RodResults(
+        rods=data_tree(grouped(branch, curves)),
+        names=data_tree(grouped(branch, weave.ids)),
+        layers=data_tree(sorted(layers, key=lambda part: part[0])),
+        utilisation=data_tree(grouped(branch, weave.bending.utilisation.tolist())),
+    )
+
+
+def _rods_under(weave: Weave) -> Ints:
+    """(M,) how many rods lie under each visit of a rod to a node; 0 where it is alone."""
+    under = np.zeros(len(weave.strands.nodes), np.int64)
+    under[weave.joints.visit] = weave.joints.rank
+    return under
+
+
+def _places(branch: Ints) -> Ints:
+    """Where each item lies among those of its branch."""
+    order = np.argsort(branch, kind="stable")
+    counts = np.bincount(branch)
+    places = np.empty(len(branch), np.int64)
+    places[order] = np.arange(len(branch)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return places
+
+
+def _columns(rows: list[tuple[Any, Any]]) -> tuple[list[Any], list[Any]]:
+    return [row[0] for row in rows], [row[1] for row in rows]

@@ -1,0 +1,31 @@
+"""Grasshopper's data trees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import import_module
+from typing import Any
+
+Branch = tuple[tuple[int, ...], list[Any]]
+"""A path and the items that lie there."""
+
+
+def data_tree(branches: Iterable[Branch]) -> Any:
+    """A ``DataTree`` of branches in their order; those of one path are put together."""
+    grasshopper: Any = import_module("Grasshopper")
+    paths: Any = import_module("Grasshopper.Kernel.Data")
+    tree = grasshopper.DataTree[object]()
+    for path, items in branches:
+        place = paths.GH_Path(*path)
+        tree.EnsurePath(place)
+        for item in items:
+            tree.Add(item, place)
+    return tree
+
+
+def grouped(keys: Iterable[int], items: Iterable[Any]) -> list[Branch]:
+    """One branch for each key, rising, with its items in their order."""
+    branches: dict[int, list[Any]] = {}
+    for key, item in zip(keys, items):
+        branches.setdefault(int(key), []).append(item)
+    return [((key,), branches[key]) for key in sorted(branches)]

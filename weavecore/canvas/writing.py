@@ -1,0 +1,68 @@
+"""What components say of a result, and what ``Weave_Export`` writes."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from weavecore import pipeline
+from weavecore.canvas.solving import Run
+from weavecore.errors import Unsupported
+from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.reading.wording import counted
+
+_MOST_NAMED = 5
+
+
+def report_lines(value: Any) -> list[str]:
+    """A stage's result and those before it in a few lines, one a text.
+
+    Raises
+    ------
+    Unsupported
+    """
+    if not isinstance(value, (SurfaceMesh, Latitudes, Lattice, Weave)):
+        raise Unsupported(
+            f"A {type(value).__name__} is no result of a stage",
+            remedy="Wire a surface, latitudes, a lattice or a weave.",
+        )
+    return [f"{label}: {text}" for label, text in pipeline.describe(value)]
+
+
+def counts(**numbers: int) -> str:
+    """What there is of each noun, for a caption: ``326 nodes, 1 edge``."""
+    return ", ".join(counted(n, noun) for noun, n in numbers.items())
+
+
+def write_value(run: Run, value: Any, path: str, *, overwrite: bool) -> str:
+    """Write a stage's result, and give the full path of the file.
+
+    Raises
+    ------
+    Unsupported, OutputExists, NotWritten
+    """
+    target = os.path.abspath(os.fspath(path).strip().strip('"'))  # noqa: PTH100 - links are kept as they are.
+    pipeline.export_together(value, [target], overwrite=overwrite, progress=run.progress)
+    return target
+
+
+def concerns(weave: Weave) -> list[str]:
+    """What a maker has to look at before the rods are cut, one sentence each."""
+    said = []
+    worst = weave.bending.violations
+    if len(worst):
+        names = ", ".join(weave.ids[s] for s in worst[:_MOST_NAMED].tolist())
+        more = f" and {len(worst) - _MOST_NAMED} more" if len(worst) > _MOST_NAMED else ""
+        said.append(f"Bent too sharply: {names}{more}. Take thinner rods, another material or a larger spacing.")
+    if len(weave.conflicts):
+        said.append(f"{len(weave.conflicts)} places where over and under do not alternate. Another pattern may help.")
+    return said
+
+
+def check(run: Run, value: Any) -> list[str]:
+    """What `weavecore.validate` finds of a result, one line each; what is broken is put up as a warning too."""
+    lattice = value.lattice if isinstance(value, Weave) else None
+    report = pipeline.validate(value.strands, lattice=lattice) if lattice is not None else pipeline.validate(value)
+    for finding in report.broken:
+        run.warn(f"{finding}. Please report it with the input.")
+    return str(report).splitlines()

@@ -1,0 +1,25 @@
+"""Geometry of Rhino, of RhinoCommon and of rhino3dm alike, from and to arrays.
+
+Both are told by what they can do and never imported here unless something is to be made: so the same functions
+run inside Rhino, in a Python outside it that has loaded Rhino with ``rhinoinside``, and where
+there is only rhino3dm.  .NET arrays are copied as blocks of memory in double precision, not point by point.
+"""
+
+from weavecore.rhino_geometry.arrays import rows_from
+from weavecore.rhino_geometry.document import DocumentUnit, document_unit
+from weavecore.rhino_geometry.drawing import Drawing
+from weavecore.rhino_geometry.meshing import is_to_be_meshed, mesh_in_rhino
+from weavecore.rhino_geometry.reading import is_rhino_mesh, plane_from, rhino_faces, rhino_vertices
+
+__all__ = [
+    "DocumentUnit",
+    "Drawing",
+    "document_unit",
+    "is_rhino_mesh",
+    "is_to_be_meshed",
+    "mesh_in_rhino",
+    "plane_from",
+    "rhino_faces",
+    "rhino_vertices",
+    "rows_from",
+]

@@ -1,0 +1,87 @@
+"""`Drawing`: arrays as Rhino's curves, points, lines and meshes.
+
+With RhinoCommon whole arrays are handed over; rhino3dm takes points one by one, which its own calls do fastest.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Optional
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.rhino_geometry.arrays import net_array
+
+
+class Drawing:
+    """Makes geometry with RhinoCommon where Rhino is loaded, else with rhino3dm.
+
+    Parameters
+    ----------
+    library : module, optional
+        ``Rhino.Geometry`` or ``rhino3dm``, or what has the same classes.
+    """
+
+    def __init__(self, library: Optional[Any] = None) -> None:
+        self._library: Any = library or _library()
+        self._has_arrays = hasattr(self._library.Mesh().Vertices, "AddVertices")
+
+    def points(self, points: Floats) -> Any:
+        """Points (n, 3) as Rhino's."""
+        if self._has_arrays:
+            return net_array(self._library.Point3d, np.asarray(points, np.float64))
+        return list(map(self._library.Point3d, *points.T.tolist()))
+
+    def polyline(self, points: Floats, *, is_closed: bool) -> Any:
+        """A polyline curve through points (n, 3); a closed one goes back to its first."""
+        drawn = np.concatenate([points, points[:1]]) if is_closed else points
+        if self._has_arrays:
+            return self._library.PolylineCurve(self.points(drawn))
+        polyline = self._library.Polyline(len(drawn))
+        list(map(polyline.Add, *drawn.T.tolist()))
+        return polyline.ToPolylineCurve()
+
+    def polylines(self, points: Floats, offsets: Ints, closed: Any) -> list[Any]:
+        """A polyline curve for each row of ragged points."""
+        ends = offsets.tolist()
+        return [
+            self.polyline(points[start:end], is_closed=bool(loop)) for start, end, loop in zip(ends, ends[1:], closed)
+        ]
+
+    def lines(self, starts: Floats, ends: Floats) -> list[Any]:
+        """A line from each start (n, 3) to each end (n, 3)."""
+        if self._has_arrays:
+            return list(net_array(self._library.Line, np.concatenate([starts, ends], axis=1)))
+        make = self._library.Line
+        return [make(a, b) for a, b in zip(self.points(starts), self.points(ends))]
+
+    def spline(self, knots: Floats, controls: Floats) -> Any:
+        """A B-spline curve: knots (n + degree + 1,) in full form, control points (n, 3)."""
+        order = len(knots) - len(controls)
+        curve = self._library.NurbsCurve.Create(False, order - 1, self.points(controls))
+        # Rhino's knots go without the first and the last one.
+        for i, knot in enumerate(knots[1:-1].tolist()):
+            curve.Knots[i] = knot
+        return curve
+
+    def mesh(self, points: Floats, quads: Ints) -> Any:
+        """A mesh of points (n, 3) and faces (F, 4), of which a triangle repeats its last corner."""
+        mesh = self._library.Mesh()
+        if self._has_arrays:
+            mesh.Vertices.UseDoublePrecisionVertices = True
+            mesh.Vertices.AddVertices(self.points(points))
+            mesh.Faces.AddFaces(net_array(self._library.MeshFace, quads.astype(np.int32)))
+        else:
+            # AddPoint3d keeps double precision, which Add does not.
+            list(map(mesh.Vertices.AddPoint3d, *points.T.tolist()))
+            list(map(mesh.Faces.AddFace, *quads.T.tolist()))
+        mesh.Normals.ComputeNormals()
+        return mesh
+
+
+def _library() -> Any:
+    try:
+        return import_module("Rhino.Geometry")
+    except ImportError:
+        return import_module("rhino3dm")
