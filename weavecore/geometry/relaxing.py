@@ -92,7 +92,9 @@ def _flip_gains(faces: Ints, twins: Ints, h: Ints, plane: Floats, points: Floats
     gain = -(corner_cotangents(points, a, b, c) + corner_cotangents(points, b, a, d))
     one = doubled_areas(plane, np.column_stack([a, d, c]))
     other = doubled_areas(plane, np.column_stack([b, c, d]))
-    good = (gain > _LEAST_GAIN) & (np.minimum(one, other) > _LEAST_SHARE * (one + other))
+    # Of two diagonals that are equally good the one with the least vertex is kept, whatever the last bit says.
+    tied = (np.abs(gain) <= _LEAST_GAIN) & (np.minimum(c, d) < np.minimum(a, b))
+    good = ((gain > _LEAST_GAIN) | tied) & (np.minimum(one, other) > _LEAST_SHARE * (one + other))
     return gain[good], h[good]
 
 

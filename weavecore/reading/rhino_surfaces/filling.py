@@ -22,6 +22,9 @@ _ROW = np.sqrt(3) / 2
 _FROM_BORDER = 0.55
 _FROM_EACH_OTHER = 0.7
 _NEAREST = 12
+_CLEARLY_LESS = 0.999
+_SCATTER = 0.02
+_IRRATIONAL = np.array([0.7548776662466927, 0.5698402909980532])
 _MOST_ROUNDS = 40
 
 
@@ -58,7 +61,7 @@ def fill_face(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder
 
 
 def _seeds(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder, creases: FaceCreases) -> Floats:
-    uv = _rows(grid, sizes)
+    uv = _scattered(_rows(grid, sizes), grid, sizes)
     chart, ring = grid.to_chart(uv), grid.to_chart(border.uv)
     uv = uv[inside_polygons(chart, ring[border.segments[:, 0]], ring[border.segments[:, 1]])]
     if len(uv) == 0:
@@ -77,7 +80,8 @@ def _rows(grid: FaceGrid, sizes: Floats) -> Floats:
     where they are furthest apart.
     """
     across = [_row_density(grid, sizes, way) for way in (0, 1)]
-    way = int(np.argmin([spread for _, spread in across]))
+    # Both ways are as good on a plane: the last bit must not choose.
+    way = int(across[1][1] < _CLEARLY_LESS * across[0][1])
     density = across[way][0]
     axis, other = (grid.u, grid.v) if way == 0 else (grid.v, grid.u)
     count = np.concatenate([[0.0], np.cumsum(np.diff(axis) * (density[1:] + density[:-1]) / 2)])
@@ -97,6 +101,20 @@ def _rows(grid: FaceGrid, sizes: Floats) -> Floats:
         pair = (np.full(n - k % 2, at), places)
         parts.append(np.column_stack(pair if way == 0 else pair[::-1]))
     return np.concatenate(parts) if parts else np.zeros((0, 2))
+
+
+def _scattered(uv: Floats, grid: FaceGrid, sizes: Floats) -> Floats:
+    """Points moved a little, each its own way, by a part of the wanted edge length.
+
+    Rows of even steps are full of ties: four points on a circle, two as near as a third.  How these fall would hang
+    on the last bit of the coordinates, and so on where the surface lies and on its unit.
+    """
+    turns = np.arange(len(uv))[:, None] * _IRRATIONAL % 1.0 - 0.5
+    steps = np.column_stack([lookup(grid, sizes / np.maximum(grid.speeds[..., way], 1e-300), uv) for way in (0, 1)])
+    low, high = np.array([[grid.u[0], grid.v[0]], [grid.u[-1], grid.v[-1]]])
+    moved = uv + _SCATTER * turns * np.minimum(steps, high - low)
+    scattered: Floats = np.clip(moved, low, high)
+    return scattered
 
 
 def _row_density(grid: FaceGrid, sizes: Floats, way: int) -> tuple[Floats, float]:

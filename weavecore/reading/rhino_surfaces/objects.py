@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ from weavecore.reading.rhino_meshes import is_rhino_mesh, rhino_faces, rhino_ver
 from weavecore.reading.rhino_surfaces.brep_mesh import mesh_brep
 from weavecore.reading.rhino_surfaces.joining import join_shapes
 from weavecore.reading.rhino_surfaces.meshed import UNTOLD, MeshedObject
-from weavecore.reading.rhino_surfaces.shape import BrepShape, brep_shape
+from weavecore.reading.rhino_surfaces.recentring import extent_of, recentred
+from weavecore.reading.rhino_surfaces.shape import brep_shape
 from weavecore.reading.rhino_surfaces.sizing import Fineness
 from weavecore.reading.rhino_surfaces.stitching import join_meshes, split_parts
 from weavecore.reading.rhino_surfaces.subd import mesh_subd
@@ -78,8 +80,9 @@ def mesh_object(
     if type(geometry).__name__ == "SubD":
         meshed = mesh_subd(geometry, wanted=wanted, transform=moved, progress=progress)
     else:
-        shape = brep_shape(as_brep(geometry), moved)
+        (shape,), origin = recentred([brep_shape(as_brep(geometry), moved)])
         meshed = mesh_brep(shape, wanted=wanted, tolerance=tolerance, progress=progress)
+        meshed = replace(meshed, vertices=meshed.vertices + origin)
     if progress is not None:
         progress(1.0, "Meshed")
     return meshed
@@ -121,8 +124,10 @@ def mesh_objects(
     shapes = [brep_shape(as_brep(g), t) for g, t in pairs if not (type(g).__name__ == "SubD" or is_rhino_mesh(g))]
     meshes = []
     if shapes:
-        joined = join_shapes(shapes, min(tolerance, _MOST_TOLERANCE * _extent(shapes)))
-        meshes.append(mesh_brep(joined, wanted=wanted, tolerance=tolerance, progress=progress))
+        shapes, origin = recentred(shapes)
+        joined = join_shapes(shapes, min(tolerance, _MOST_TOLERANCE * extent_of(shapes)))
+        meshed = mesh_brep(joined, wanted=wanted, tolerance=tolerance, progress=progress)
+        meshes.append(replace(meshed, vertices=meshed.vertices + origin))
     for geometry, transform in pairs:
         if type(geometry).__name__ == "SubD":
             meshes.append(mesh_subd(geometry, wanted=wanted, transform=transform))
@@ -130,12 +135,6 @@ def mesh_objects(
             meshes.append(_plain_mesh(geometry, transform))
     extent = float(np.linalg.norm(np.ptp(np.concatenate([m.vertices for m in meshes]), axis=0)))
     return join_meshes(split_parts(meshes), tolerance=min(tolerance, _MOST_TOLERANCE * extent))
-
-
-def _extent(shapes: Sequence[BrepShape]) -> float:
-    controls = [face.surface.points.reshape(-1, 4) for shape in shapes for face in shape.faces]
-    places = np.concatenate([points[:, :3] / points[:, 3:] for points in controls])
-    return float(np.linalg.norm(np.ptp(places, axis=0)))
 
 
 def _plain_mesh(mesh: Any, transform: Floats | None) -> MeshedObject:
