@@ -39,15 +39,36 @@ def test_a_walk_goes_around_both_rings_once(n, m):
     assert naked == rings
 
 
-@pytest.mark.parametrize(("n", "m"), [(12, 12), (13, 12), (12, 14), (9, 4), (4, 9)])
+def quads_between(n, m):
+    _, tips = choose_tips(evenly(n, m)[None], n, sits=0.0, wanted=np.ones(n, np.int64), in_pairs=True)
+    return faces_of_zip(Zip(0, 1, True, tips), np.arange(n), n + np.arange(m), has_diagonals=False)
+
+
+@pytest.mark.parametrize(("n", "m"), [(12, 12), (14, 12), (12, 14), (9, 3), (3, 9), (40, 32), (61, 75), (30, 18)])
+def test_rings_whose_counts_differ_by_an_even_number_are_bound_by_cells_of_four(n, m):
+    faces = quads_between(n, m)
+    assert (faces >= 0).all()
+    assert 2 * len(faces) == n + m
+    tail, head, _ = BandFaces(faces, np.zeros(len(faces), np.int64)).sides()
+    sides = set(zip(tail.tolist(), head.tolist()))
+    assert len(sides) == 4 * len(faces)
+    naked = {(a, b) for a, b in sides if (b, a) not in sides}
+    assert naked == {(i, (i + 1) % n) for i in range(n)} | {(n + (k + 1) % m, n + k) for k in range(m)}
+
+
+@pytest.mark.parametrize(("n", "m"), [(12, 12), (14, 12), (26, 30)])
 def test_quads_lie_where_both_rings_advance(n, m):
+    faces = quads_between(n, m)
+    assert ((faces < n).sum(1) == 2).sum() == min(n, m)
+
+
+@pytest.mark.parametrize(("n", "m"), [(13, 12), (9, 4), (4, 9)])
+def test_rings_whose_counts_differ_by_an_odd_number_keep_triangles(n, m):
     _, tips = choose_tips(evenly(n, m)[None], n, sits=0.0, wanted=np.ones(n, np.int64))
     faces = faces_of_zip(Zip(0, 1, True, tips), np.arange(n), n + np.arange(m), has_diagonals=False)
-    quads = faces[:, 3] >= 0
-    assert quads.sum() <= min(n, m)
-    assert 2 * quads.sum() + (~quads).sum() == n + m
-    if abs(n - m) <= 2:
-        assert quads.sum() == min(n, m)
+    corners = (faces >= 0).sum()
+    assert corners - 2 * len(faces) == n + m
+    assert set((faces >= 0).sum(1).tolist()) == {3, 4}
 
 
 def test_each_tip_is_over_the_middle_of_its_edge_where_counts_agree():

@@ -68,8 +68,16 @@ def test_a_twill_steps_aside_from_ring_to_ring() -> None:
         assert all(sides[k] != sides[k - 2] for k in range(2, len(sides)))
 
 
+@pytest.mark.parametrize("name", ["hemisphere", "hourglass"])
+def test_surfaces_of_plain_bands_are_woven_plainly_without_a_conflict(name: str) -> None:
+    weave = woven_sample(name, "plain", coarser=1.0)
+    assert len(set(np.bincount(weave.lattice.node_latitude[weave.lattice.node_latitude >= 0]).tolist())) > 1
+    assert set(np.diff(weave.lattice.face_offsets).tolist()) == {4}
+    assert len(weave.conflicts) == 0
+
+
 def test_conflicts_are_listed_by_the_joints_where_a_rod_stays_on_its_side() -> None:
-    weave = woven_sample("hemisphere", "plain")
+    weave = woven_sample("narrow_neck", "plain")
     assert len(weave.conflicts)
     listed = {(s, frozenset((a, b))) for s, a, b in weave.conflicts.tolist()}
     side = {}

@@ -7,6 +7,8 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints
 
 ALONE = -1
+_MOST_PAIRS = 20_000
+"""Above so many pairs that are allowed the best matching is not looked for: the time it takes has no bound."""
 
 
 def match_greedily(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
@@ -33,4 +35,28 @@ def match_greedily(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
         partner[one[both]], partner[other[both]] = other[both], one[both]
         free = (partner[one] == ALONE) & (partner[other] == ALONE)
         one, other = one[free], other[free]
+    return partner
+
+
+def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
+    """Partner (n,) of each of ``n`` things, -1 where it has none: as few as can be left alone, then the least sum.
+
+    Arguments are those of `match_greedily`, which is what is done where there are very many pairs.
+    """
+    if len(one) == 0 or len(one) > _MOST_PAIRS:
+        return match_greedily(one, other, cost, n)
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import coo_matrix
+
+    pair = np.arange(len(one))
+    which = np.r_[one, other], np.r_[pair, pair]
+    shares = coo_matrix((np.ones(2 * len(one)), which), shape=(n, len(one))).tocsr()
+    # A pair more is worth more than any that it makes dearer.
+    reward = 2.0 * (1.0 + cost.max()) + cost.max() * np.sqrt(n)
+    found = milp(cost - reward, constraints=LinearConstraint(shares, ub=1.0), integrality=np.ones(len(one), np.int64), bounds=Bounds(0, 1))
+    if found.x is None:
+        return match_greedily(one, other, cost, n)
+    taken = found.x > 0.5
+    partner = np.full(n, ALONE, np.int64)
+    partner[one[taken]], partner[other[taken]] = other[taken], one[taken]
     return partner

@@ -72,19 +72,35 @@ def faces_of_zip(zipped: Zip, parent_nodes: Ints, child_nodes: Ints, *, has_diag
         i, k = _child_edges(np.append(tips[-1] - m, tips[:-1]), tips)
         under = np.c_[child_nodes[(k + 1) % m], child_nodes[k % m], parent[i], np.full(len(i), NO_CORNER)]
         return np.concatenate([over, under])
+    return _quads(parent, child_nodes, tips)
+
+
+def _quads(parent: Ints, child: Ints, tips: Ints) -> Ints:
+    """Quads where both rings advance; what is left of either is taken two edges at a time, and a last one by itself."""
+    n, m = len(parent), len(child)
     after = np.append(tips[1:], tips[0] + m)
-    # Of the child's edges over one edge of the parent the middle one closes a quad.
-    rises = after > tips
-    middle = tips + (after - tips - 1) // 2
-    a, b = parent[edge], parent[(edge + 1) % n]
-    fourth = np.where(rises, child_nodes[middle % m], NO_CORNER)
-    third = child_nodes[np.where(rises, middle + 1, tips) % m]
+    edge, rises = np.arange(n), after > tips
+    a, b = parent, np.roll(parent, -1)
+    # Of the child's edges over one edge of the parent one closes a quad, with an even number before it.
+    closing = tips + (after - tips - 1) // 4 * 2
+    quads = np.c_[a, b, child[(closing + 1) % m], child[closing % m]][rises]
     i, k = _child_edges(tips, after)
-    aside = k != middle[i]
-    i, k = i[aside], k[aside]
-    nearest = np.where(k < middle[i], a[i], b[i])
-    fans = np.c_[child_nodes[(k + 1) % m], child_nodes[k % m], nearest, np.full(len(i), NO_CORNER)]
-    return np.concatenate([np.c_[a, b, third, fourth], fans])
+    before = k < closing[i]
+    place = np.where(before, k - tips[i], k - closing[i] - 1)
+    left = np.where(before, closing[i] - k, after[i] - k)
+    begins = (k != closing[i]) & (place % 2 == 0)
+    i, k, is_last = i[begins], k[begins], left[begins] == 1
+    tip = np.where(before[begins], a[i], b[i])
+    fans = np.c_[child[(k + 2 - is_last) % m], child[(k + 1 - is_last) % m], child[k % m], tip]
+    fans[is_last] = np.c_[fans[is_last, 0], fans[is_last, 2:], np.full(is_last.sum(), NO_CORNER)]
+    # Edges of the parent under one node of the child: counted from the one after which it stays.
+    since = edge - np.maximum.accumulate(np.where(np.tile(rises, 2), np.arange(2 * n), -1))[n:] % n
+    begins = ~rises & (since % n % 2 == 1)
+    is_last = np.roll(rises, -1)[begins]
+    i = edge[begins]
+    over = np.c_[a[i], b[i], parent[(i + 2) % n], child[tips[i] % m]]
+    over[is_last] = np.c_[over[is_last, :2], over[is_last, 3], np.full(is_last.sum(), NO_CORNER)]
+    return np.concatenate([quads, fans, over])
 
 
 def _child_edges(first: Ints, last: Ints) -> tuple[Ints, Ints]:

@@ -83,7 +83,7 @@ def link_latitudes(
     normals = node_normals(latitudes, latitude, station, faces, len(nodes))
     faces = turn_upright(latitudes.surface, nodes, normals, faces, ring_edges)
     if not design.has_diagonals:
-        faces = pair_triangles(faces, nodes, ring_edges)
+        faces = pair_triangles(faces, nodes, ring_edges, leave_few=design.in_pairs)
     tell(0.9, "putting the lattice together")
     return assemble(latitudes, nodes, latitude, station, faces, longest, design, length)
 

@@ -32,6 +32,9 @@ class Pattern:
     has_diagonals : bool
         Whether cells between two rings are triangles; else they are quads wherever the
         counts agree.
+    in_pairs : bool
+        Whether links are left out two at a time, so that every cell between two rings has an even
+        number of sides and rods can go over and under in turn.
     """
 
     name: str
@@ -40,6 +43,7 @@ class Pattern:
     count_step: int
     count_slack: float
     has_diagonals: bool
+    in_pairs: bool
 
 
 PATTERNS = {
@@ -52,14 +56,23 @@ PATTERNS = {
             count_step=1,
             count_slack=1.0,
             has_diagonals=True,
+            in_pairs=False,
         ),
         # Even rings can be woven plainly: over, under, over…
-        Pattern("quad", edge_per_spacing=1.0, child_sits=0.0, count_step=2, count_slack=1.35, has_diagonals=False),
+        Pattern(
+            "quad",
+            edge_per_spacing=1.0,
+            child_sits=0.0,
+            count_step=2,
+            count_slack=1.35,
+            has_diagonals=False,
+            in_pairs=True,
+        ),
     )
 }
 PATTERNS["plain"] = replace(PATTERNS["quad"], name="plain")
 # Rings of a multiple of four nodes close in a twill of over two, under two.
-PATTERNS["twill"] = replace(PATTERNS["quad"], name="twill", count_step=4)
+PATTERNS["twill"] = replace(PATTERNS["quad"], name="twill", count_step=4, in_pairs=False)
 
 
 def pattern_named(name: str) -> Pattern:

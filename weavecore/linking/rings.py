@@ -110,7 +110,8 @@ class RingLinker:
         if rising is not None:
             feet = feet_of_nodes(rising, divisions, float(polylines.lengths[child]))
             wanted = self._wanted_steps(parent, is_left)
-            return choose_tips(feet, len(wanted), sits=self._pattern.child_sits, wanted=wanted)
+            pattern = self._pattern
+            return choose_tips(feet, len(wanted), sits=pattern.child_sits, wanted=wanted, in_pairs=pattern.in_pairs)
         if divisions.shape[1] > _SMALL:
             return 0, None
 

@@ -19,6 +19,7 @@ from weavecore.geometry.arrays import Floats, Ints
 _IRREGULAR_COST = 2.0
 _EVEN_SLANT = 0.55
 _SLANT_COST = 30.0
+_PAIR_COST = 2.0 * _IRREGULAR_COST
 _REACH = 2
 
 
@@ -47,7 +48,7 @@ def feet_of_nodes(rising: Floats, stations: Floats, length: float) -> Floats:
     return feet
 
 
-def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints) -> tuple[int, Ints]:
+def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pairs: bool = False) -> tuple[int, Ints]:
     """The best of several divisions of the child, and the tips over the parent's edges.
 
     Parameters
@@ -59,6 +60,9 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints) -> tu
         Where a tip is at its best: 0.5 over the middle of its edge, 0 over its first node.
     wanted : (n,) int64
         For each node of the parent how far the tip should advance there.
+    in_pairs : bool
+        Whether a tip that stays must stay twice, and one that advances by more than one step by an odd
+        number of them; rings whose counts are both even, or both odd, can be bound so.
 
     Returns
     -------
@@ -79,7 +83,9 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints) -> tu
     steps = np.arange(max(2, int(np.diff(base).max()) + 1) + 1)
     excess = steps - wanted[edge[1:] % n_parent][:, None]
     step_cost: Floats = _IRREGULAR_COST * excess.astype(np.float64) ** 2
-    division, offset = _cheapest_walk(cost, np.diff(base), step_cost)
+    if in_pairs:
+        step_cost[:, steps % 2 == 0] = np.inf
+    division, offset = _cheapest_walk(cost, np.diff(base), step_cost, in_pairs=in_pairs)
     tips = (base + reach[offset])[:-1]
     # Edges from the start on to the last, then those before the start, one turn on.
     return division, np.concatenate([tips[n_parent - start :] - m, tips[: n_parent - start]])
@@ -111,7 +117,7 @@ def _nearest(feet: Floats, n_parent: int, places: Floats) -> Ints:
     return nearest
 
 
-def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats) -> tuple[int, Ints]:
+def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: bool) -> tuple[int, Ints]:
     """The division with the cheapest way around, and that way: at which place of its row each tip is (Viterbi).
 
     The first tip is the cheapest one, and the last is the same one turn later.
@@ -124,6 +130,8 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats) -> tuple[int, In
         How far a tip advances that keeps its place.
     step_cost : (n, s) float64
         Of an advance by each number of steps.
+    in_pairs : bool
+        Whether tips may also stay twice, whatever staying once costs.
     """
     n_edges, width, _ = cost.shape
     source = np.arange(width)[None, :, None] + rise[:, None, None] - np.arange(step_cost.shape[1])
@@ -132,16 +140,44 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats) -> tuple[int, In
     total = np.full((n_edges, width + 1, cost.shape[2]), np.inf)
     total[0, first, np.arange(cost.shape[2])] = 0.0
     step_cost = step_cost[:, None, :, None]
+    stays = _stays(rise, width)
     for i in range(1, n_edges):
         reached = total[i - 1][source[i - 1]]
         reached += step_cost[i - 1]
-        np.add(reached.min(axis=1), cost[i], out=total[i, :width])
+        best = reached.min(axis=1)
+        if in_pairs and i > 1:
+            best = np.minimum(best, _after_staying(total, cost, stays, i))
+        np.add(best, cost[i], out=total[i, :width])
     division = int(np.argmin(total[-1, first, np.arange(cost.shape[2])]))
     offset = np.full(n_edges, first[division])
-    for i in range(n_edges - 1, 0, -1):
+    i = n_edges - 1
+    while i > 0:
         ways = source[i - 1, offset[i]]
-        offset[i - 1] = ways[np.argmin(total[i - 1, ways, division] + step_cost[i - 1, 0, :, 0])]
+        reached = total[i - 1, ways, division] + step_cost[i - 1, 0, :, 0]
+        if in_pairs and i > 1 and _after_staying(total, cost, stays, i)[offset[i], division] < reached.min():
+            once = stays[i - 1, offset[i]]
+            offset[i - 1], offset[i - 2] = once, stays[i - 2, once]
+            i -= 2
+        else:
+            offset[i - 1] = ways[np.argmin(reached)]
+            i -= 1
     return division, offset
+
+
+def _stays(rise: Ints, width: int) -> Ints:
+    """Place (n, w + 1) in the row before of a tip that did not advance; ``w`` is a place that is never reached."""
+    place = np.arange(width + 1) + rise[:, None]
+    place[:, width] = width
+    stays: Ints = np.minimum(place, width)
+    return stays
+
+
+def _after_staying(total: Floats, cost: Floats, stays: Ints, i: int) -> Floats:
+    """Cost (w, d) up to edge ``i``, without its own, where the tip has stayed from two edges before."""
+    never = np.full((1, cost.shape[2]), np.inf)
+    once = stays[i - 1, :-1]
+    after: Floats = total[i - 2][stays[i - 2, once]] + np.concatenate([cost[i - 1], never])[once] + _PAIR_COST
+    return after
 
 
 def nearest_tips(parent: Floats, child: Floats) -> tuple[float, Optional[Ints]]:

@@ -2,7 +2,7 @@
 
 A joint of two rods has one unknown: which of them is over.  Two joints that follow each other
 along a rod tie their unknowns to each other.  Where no loop of such ties contradicts itself all are met;
-elsewhere a spanning forest is, and what is left is improved joint by joint.
+elsewhere the fewest that can be found are broken (`frustration`), and what is left is improved joint by joint.
 """
 
 from __future__ import annotations
@@ -11,14 +11,19 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.spanning import spread_signs
+from weavecore.model.lattice import Lattice
 from weavecore.model.strands import Strands
+from weavecore.weaving.frustration import UNTIED, ties_to_break
 from weavecore.weaving.joints import Meetings, steps_along
 
 _MOST_ROUNDS = 50
 
 
-def alternate(strands: Strands, meetings: Meetings) -> Floats:
-    """Where each visit wants to lie among its joint's: above the others with greater numbers (M,).
+def alternate(lattice: Lattice, strands: Strands, meetings: Meetings) -> list[Floats]:
+    """Two ways how each visit may want to lie among its joint's: above the others with greater numbers (M,).
+
+    One breaks what contradicts a spanning forest of the ties, the other the fewest ties between joints of
+    two rods; where joints of more are many, either may be the better one.
 
     At joints of two rods it is 1 and -1.  At joints of more it is the mean of what the
     neighbours along the rod leave; a ring of a border lies between the ends of the rods that it holds.
@@ -28,9 +33,24 @@ def alternate(strands: Strands, meetings: Meetings) -> Floats:
     tied = (sign[before] != 0) & (sign[after] != 0)
     a, b = meetings.joint_of_visit[before[tied]], meetings.joint_of_visit[after[tied]]
     # Of the unknowns x: sides are sign · x, and they must differ.
-    unknown = solve_signs(a, b, -sign[before[tied]] * sign[after[tied]], len(meetings.node))
-    side = (sign * unknown[meetings.joint_of_visit]).astype(np.float64)
-    return with_wishes(side, strands)
+    product = -sign[before[tied]] * sign[after[tied]]
+    tie = _ties_of_edges(lattice, strands.nodes[before[tied]], strands.nodes[after[tied]])
+    bent = product.copy()
+    bent[ties_to_break(lattice, tie, product)] *= -1
+    n = len(meetings.node)
+    ways = [solve_signs(a, b, product, spread_signs(a, b, wanted, n)) for wanted in (product, bent)]
+    return [with_wishes((sign * x[meetings.joint_of_visit]).astype(np.float64), strands) for x in ways]
+
+
+def _ties_of_edges(lattice: Lattice, one: Ints, other: Ints) -> Ints:
+    """Tie (E,) of each edge of the lattice, -1 of those that tie nothing."""
+    n = np.int64(lattice.n_nodes)
+    key = lattice.edges[:, 0] * n + lattice.edges[:, 1]
+    order = np.argsort(key)
+    edge = order[np.searchsorted(key, np.minimum(one, other) * n + np.maximum(one, other), sorter=order)]
+    tie = np.full(len(key), UNTIED, np.int64)
+    tie[edge] = np.arange(len(one))
+    return tie
 
 
 def visit_signs(strands: Strands, meetings: Meetings) -> Ints:
@@ -50,11 +70,11 @@ def with_wishes(side: Floats, strands: Strands) -> Floats:
     return np.where(side != 0, side, wish)
 
 
-def solve_signs(a: Ints, b: Ints, product: Ints, n: int) -> Ints:
-    """Signs x (n,) with ``x[a] * x[b] == product`` for as many ties as can be."""
+def solve_signs(a: Ints, b: Ints, product: Ints, start: Ints) -> Ints:
+    """Signs x (n,) with ``x[a] * x[b] == product`` for as many ties as turning single ones of ``start`` can reach."""
     loop = a == b
     a, b, product = a[~loop], b[~loop], product[~loop]
-    x = spread_signs(a, b, product, n)
+    x, n = start.copy(), len(start)
     for _ in range(_MOST_ROUNDS):
         is_met = x[a] * x[b] == product
         gain = np.bincount(a, 1 - 2 * is_met, n) + np.bincount(b, 1 - 2 * is_met, n)

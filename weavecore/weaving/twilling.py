@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
-from weavecore.geometry.spanning import spread_sums
+from weavecore.geometry.spanning import spread_signs, spread_sums
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.strands import Strands
 from weavecore.weaving.alternating import solve_signs, visit_signs, with_wishes
@@ -59,4 +59,5 @@ def _rising_ways(lattice: Lattice, strands: Strands) -> Ints:
     side = order[np.searchsorted(keys, np.minimum(tail, head) * n + np.maximum(tail, head), sorter=order)]
     along = way[side] * np.where(tail < head, 1, -1)
     one, other = strand[side[:, :2]].ravel(), strand[side[:, 2:]].ravel()
-    return solve_signs(one, other, -(along[:, :2] * along[:, 2:]).ravel(), len(strands))
+    opposite = -(along[:, :2] * along[:, 2:]).ravel()
+    return solve_signs(one, other, opposite, spread_signs(one, other, opposite, len(strands)))
