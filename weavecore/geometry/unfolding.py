@@ -95,7 +95,7 @@ class Unfolding:
         return self.twin[halfedge], self.length[halfedge] - along, -x, -y
 
 
-def _leave(
+def leave_face(
     frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
     """Where a line from inside a face leaves it: halfedge of the face, length, place on it, direction in its frame."""
@@ -155,7 +155,7 @@ def walk_straight(
     for _ in range(_MOST_FACES_WALKED):
         if len(active) == 0:
             break
-        edge, reach, along, ex, ey = _leave(frames, at[active], x[active], y[active], dx[active], dy[active])
+        edge, reach, along, ex, ey = leave_face(frames, at[active], x[active], y[active], dx[active], dy[active])
         ends = reach >= left[active]
         stop, m = active[ends], left[active][ends]
         x[stop] += m * dx[stop]
@@ -183,7 +183,7 @@ def back_to_edge(
     back : (n,) float64
         How far the line was moved back.
     """
-    edge, far, along, ex, ey = _leave(frames, halfedge, px, py, -ux, -uy)
+    edge, far, along, ex, ey = leave_face(frames, halfedge, px, py, -ux, -uy)
     return edge, along, -ex, -ey, far
 
 

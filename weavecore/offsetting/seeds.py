@@ -32,7 +32,7 @@ def ray_spacing(frames: Unfolding) -> float:
 def seed_rays(frames: Unfolding) -> Rays:
     """Rays from all walls, linked to their neighbours along them."""
     wall = np.flatnonzero(frames.twin == NO_TWIN)
-    corners = _Corners(frames, wall)
+    corners = Corners(frames, wall)
     rays, first, last = _strips(frames, wall, corners.before)
     rays.after[last[corners.before]] = first
     wide = np.flatnonzero(corners.total > np.pi + LEAST_WEDGE)
@@ -45,7 +45,7 @@ def seed_rays(frames: Unfolding) -> Rays:
     return rays.joined(fans)
 
 
-class _Corners:
+class Corners:
     """The faces between two walls at the tail of each wall halfedge.
 
     Attributes
@@ -114,7 +114,7 @@ def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[Rays, Ints, I
     owner = rows_of(offsets)
     part = (np.arange(len(owner)) - offsets[:-1][owner] + 0.5) / count[owner]
     angle = total[owner] - np.pi / 2 - wedge[owner] * part
-    halfedge, angle = _find_sector(frames, corner[owner], angle)
+    halfedge, angle = find_sector(frames, corner[owner], angle)
     n = len(halfedge)
     start = _OFF_THE_CORNER * frames.length[halfedge]
     wide = np.full(n, np.inf)
@@ -123,7 +123,7 @@ def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[Rays, Ints, I
     return rays, offsets[:-1], offsets[1:] - 1
 
 
-def _find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:
+def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:
     """The outgoing halfedge whose face holds a direction, and the angle that is left in it.
 
     ``angle`` counts counter-clockwise from the given outgoing halfedges.

@@ -1,0 +1,121 @@
+"""The steps of a front: straight walks from its vertices, each as long as the spacing (§4.2).
+
+A ray is walked a little further than its end.  How far it comes before it meets an ancestor
+tells whether the front had room (§4.5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.walking import Walks, place_along, walk_far
+from weavecore.offsetting.fronts.ground import Ground
+from weavecore.offsetting.fronts.seeds import Seeds
+from weavecore.tolerances import LEAST_CAP
+
+BEYOND = 1.0 + 2.0 * LEAST_CAP
+"""Spacings that a ray is walked: between two fronts this far apart and one more no child is kept."""
+
+_BEFORE_A_STOP = 0.95
+_JITTER = 1e-7
+_GOLDEN = 0.6180339887498949
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """The rays of some fronts, in the order of the fronts.
+
+    Parameters
+    ----------
+    offsets : (C+1,) int64
+        Rays of each front.
+    walks : Walks
+        Of all rays, each `BEYOND` times as long as its step unless a wall is in the way.
+    reach : (n,) float64
+        The step of each ray.
+    start : (n, 3) float64
+        Where the ray starts.
+    stop : (n,) float64
+        How far it is to what stops the ray: a wall, or another front; infinite where nothing does.
+    """
+
+    offsets: Ints
+    walks: Walks
+    reach: Floats
+    start: Floats
+    stop: Floats
+
+    def __len__(self) -> int:
+        return len(self.reach)
+
+    @cached_property
+    def owner(self) -> Ints:
+        """(n,) the front of each ray."""
+        return rows_of(self.offsets)
+
+    @cached_property
+    def after(self) -> Ints:
+        """(n,) the next ray of the same front."""
+        return next_in_loop(self.offsets)
+
+    @cached_property
+    def of_segment(self) -> Ints:
+        """(m,) the ray of each segment of the walks."""
+        return rows_of(self.walks.offsets)
+
+    def take(self, chosen: Bools) -> Rays:
+        """The rays of some of the fronts."""
+        kept = chosen[self.owner]
+        walks = self.walks.take(kept)
+        return Rays(
+            offsets_of(np.diff(self.offsets)[chosen]), walks, self.reach[kept], self.start[kept], self.stop[kept]
+        )
+
+    def stopped(self, ray: Ints, far: Floats) -> Rays:
+        """The same rays, of which some are stopped when they have come so far."""
+        stop = self.stop.copy()
+        np.minimum.at(stop, ray, far)
+        return replace(self, stop=stop)
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where steps end: the vertices of the children.
+
+    Parameters
+    ----------
+    face : (n,) int64
+    weights : (n, 3) float64
+    points : (n, 3) float64
+    """
+
+    face: Ints
+    weights: Floats
+    points: Floats
+
+
+def cast_rays(ground: Ground, seeds: Seeds, *, spacing: float) -> Rays:
+    """Walk one step and a little from each seed."""
+    n = len(seeds.halfedge)
+    # Fronts that meet after whole steps would coincide: a trifle tells them apart.
+    trifle = _JITTER * ((np.arange(n) * _GOLDEN) % 1.0 - 0.5)
+    reach = spacing * seeds.stretch * (1.0 + trifle)
+    walks = walk_far(ground.frames, seeds.halfedge, seeds.px, seeds.py, seeds.ux, seeds.uy, BEYOND * reach)
+    first = walks.offsets[:-1]
+    start = ground.points(walks.face[first], walks.start[first])
+    return Rays(seeds.offsets, walks, reach, start, np.where(walks.is_blocked, walks.far, np.inf))
+
+
+def end_steps(ground: Ground, rays: Rays) -> Ends:
+    """Where the step of each ray ends.
+
+    One that is stopped within its step ends a little before: what lies there is nearer to what
+    stops it than the spacing and will be taken out, so it matters only that the child goes on unbroken.
+    """
+    end = np.minimum(rays.reach, _BEFORE_A_STOP * rays.stop)
+    face, weights = place_along(rays.walks, end)
+    return Ends(face, weights, ground.points(face, weights))
