@@ -27,6 +27,9 @@ class GhPath(tuple[int, ...]):
         return "{" + ";".join(map(str, self)) + "}"
 
 
+SYSTEM_OBJECT = object()
+
+
 class DataTree:
     """Branches by path, in the order in which they were made."""
 
@@ -34,6 +37,7 @@ class DataTree:
         self.branches: dict[GhPath, list[Any]] = {}
 
     def __class_getitem__(cls, item: Any) -> type[DataTree]:
+        assert item is SYSTEM_OBJECT, "the items' type is one of .NET"
         return cls
 
     def EnsurePath(self, path: GhPath) -> list[Any]:
@@ -89,7 +93,7 @@ class Canvas:
         grasshopper, kernel, data = (
             ModuleType(name) for name in ("Grasshopper", "Grasshopper.Kernel", "Grasshopper.Kernel.Data")
         )
-        scriptcontext = ModuleType("scriptcontext")
+        scriptcontext, system = ModuleType("scriptcontext"), ModuleType("System")
         parts: dict[ModuleType, dict[str, Any]] = {
             grasshopper: {"DataTree": DataTree, "Kernel": kernel},
             kernel: {
@@ -100,6 +104,7 @@ class Canvas:
             },
             data: {"GH_Path": GhPath},
             scriptcontext: {"sticky": self.sticky},
+            system: {"Object": SYSTEM_OBJECT},
         }
         for module, content in parts.items():
             vars(module).update(content)

@@ -14,7 +14,8 @@ def data_tree(branches: Iterable[Branch]) -> Any:
     """A ``DataTree`` of branches in their order; those of one path are put together."""
     grasshopper: Any = import_module("Grasshopper")
     paths: Any = import_module("Grasshopper.Kernel.Data")
-    tree = grasshopper.DataTree[object]()
+    # Python's own object is no type for .NET.
+    tree = grasshopper.DataTree[import_module("System").Object]()
     for path, items in branches:
         place = paths.GH_Path(*path)
         tree.EnsurePath(place)

@@ -19,8 +19,9 @@ from weavecore.reading.raw import Plane, RawMesh
 from weavecore.reading.repair import repair
 from weavecore.reading.rhino_file import BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.rhino_meshes import is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
-from weavecore.reading.rhino_surfaces import UNTOLD, MeshedObject, mesh_block, mesh_object
+from weavecore.reading.rhino_surfaces import UNTOLD, MeshedObject, mesh_block, mesh_object, mesh_objects
 from weavecore.reading.together import join_objects
+from weavecore.rhino_geometry import is_to_be_meshed, mesh_in_rhino
 from weavecore.units import Length
 
 Progress = Callable[[float, str], None]
@@ -120,7 +121,7 @@ def surface_from(
     Parameters
     ----------
     geometry : object
-        A mesh of rhino3dm or RhinoCommon, other rhino3dm geometry, a pair (vertices, faces),
+        A mesh, Brep, surface, extrusion or SubD of rhino3dm or RhinoCommon, a pair (vertices, faces),
         or what has ``vertices`` and ``faces``, as a trimesh.Trimesh.
     unit, tolerance, name
         As in `SurfaceMesh`.
@@ -219,9 +220,12 @@ def raw_from(
     if type(geometry).__module__.split(".")[0].lstrip("_") == "rhino3dm":
         options: dict[str, Any] = {"edge_target": edge_target, "spacing": spacing, "progress": progress}
         return _raw_from_meshed(mesh_object(geometry, tolerance=tolerance or None, **options))
+    if is_to_be_meshed(geometry):
+        meshes = mesh_in_rhino(geometry, edge_target=edge_target)
+        return raw_from(meshes[0]) if len(meshes) == 1 else _raw_from_meshed(mesh_objects(meshes, tolerance=tolerance))
     raise Unsupported(
         f"Geometry of the kind {type(geometry).__name__}",
-        remedy="Give a mesh, a surface of rhino3dm, or a pair (vertices, faces).",
+        remedy="Give a mesh or a surface of Rhino, or a pair (vertices, faces).",
     )
 
 
