@@ -68,6 +68,8 @@ class Curves:
     is_vertex : (m,) bool
         Whether a segment begins at a vertex of the polyline: where it was put by an offset or by a
         reconnection, not where it only goes from one face to the next.
+    is_corner : (m,) bool
+        Whether that vertex comes from a reconnection.
     points : (m, 3) float64
         Where each segment begins.
     """
@@ -77,6 +79,7 @@ class Curves:
     start: Floats
     end: Floats
     is_vertex: Bools
+    is_corner: Bools
     points: Floats
 
     def __len__(self) -> int:
@@ -108,5 +111,6 @@ class Curves:
             self.start[kept],
             self.end[kept],
             self.is_vertex[kept],
+            self.is_corner[kept],
             self.points[kept],
         )

@@ -21,7 +21,10 @@ from weavecore.offsetting.fronts.regrouping import Regrouped, lengths_of
 _SHORT_OF_THE_END = 0.97
 """A loop that steps cross within this part of their length is covered there."""
 
-_MOST_COVERED = 0.5
+_MOST_COVERED = 0.2
+_FLATTEST = 0.2
+"""Sine of the angle at which a ray crosses a loop; a lesser one counts as this."""
+
 _OFF_THE_START = 1e-3
 """Parts of its step within which a ray is still at its own front."""
 
@@ -63,8 +66,17 @@ def _covered_lengths(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regrou
     order = np.argsort(key, kind="stable")
     at = order[np.clip(np.searchsorted(key[order], place, side="right") - 1, 0, len(order) - 1)]
     width = _widths(rays, rays.start)[ray] * (1 - far) + _widths(rays, ends.points)[ray] * far
-    curves = regrouped.curves
+    curves, row = regrouped.curves, meetings.first[within]
+    way = ground.points(rays.walks.face[row], rays.walks.end[row] - rays.walks.start[row])
+    along = ground.points(curves.face[at], curves.end[at] - curves.start[at])
+    width = width / np.maximum(_sine(way, along), _FLATTEST)
     return np.bincount(curves.owner[at], width, minlength=len(curves)).astype(np.float64)
+
+
+def _sine(u: Floats, v: Floats) -> Floats:
+    """Sine (n,) of the angle between vectors (n, 3)."""
+    size = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)
+    return np.asarray(np.linalg.norm(np.cross(u, v), axis=1) / np.maximum(size, np.finfo(float).tiny))
 
 
 def _widths(rays: Rays, points: Floats) -> Floats:

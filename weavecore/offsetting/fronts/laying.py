@@ -32,7 +32,8 @@ def lay_children(ground: Ground, rays: Rays, ends: Ends) -> Curves:
     is_vertex = np.ones(len(chord), bool)
     is_vertex[1:] = chord[1:] != chord[:-1]
     per_front = np.bincount(rays.owner, counts, minlength=len(rays.offsets) - 1).astype(np.int64)
-    return Curves(offsets_of(per_front), face, start, end, is_vertex, ground.points(face, start))
+    is_corner = np.zeros(len(chord), bool)
+    return Curves(offsets_of(per_front), face, start, end, is_vertex, is_corner, ground.points(face, start))
 
 
 def _lay_chords(ground: Ground, from_face: Ints, from_: Floats, to_face: Ints, to: Floats) -> _Row:

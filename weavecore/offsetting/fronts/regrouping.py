@@ -88,7 +88,6 @@ def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
     start[begins[1::2]] = start[begins[0::2]]
     end = raw.end[segment].copy()
     end[begins - 1] = start[begins]
-    is_vertex = np.where(is_cut, True, raw.is_vertex[segment])
 
     loop_order, loop_offsets = order_cycles(after)
     loop = np.empty(len(segment), np.int64)
@@ -99,7 +98,8 @@ def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
         raw.face[segment][loop_order],
         start[loop_order],
         end[loop_order],
-        is_vertex[loop_order],
+        (is_cut | raw.is_vertex[segment])[loop_order],
+        is_cut[loop_order],
         ground.points(raw.face[segment], start)[loop_order],
     )
     return Regrouped(curves, group, height, segment[loop_order], first[loop_order], last[loop_order])

@@ -19,10 +19,7 @@ from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.seeds import Corners, find_sector
 
 SMOOTH = 0.2
-"""Radians: a turn to the right by more has a fan."""
-
-SHARPEST = 1.2
-"""Radians: a turn to the left by more has no child of its own; those of its neighbours cross."""
+"""Radians: a turn to the right by more has a fan; one to the left has no child, for those of its neighbours cross."""
 
 FAN_ANGLE = 0.1
 _OFF_THE_CORNER = 1e-6
@@ -93,16 +90,25 @@ def seed_walls(ground: Ground, *, step: float) -> Seeds:
 def _rays_at(turn: Floats) -> Ints:
     """How many rays leave a vertex that turns left by so much."""
     fan = np.ceil(-turn / FAN_ANGLE).astype(np.int64) + 1
-    return np.where(turn < -SMOOTH, fan, np.where(turn > SHARPEST, 0, 1))
+    return np.where(turn < -SMOOTH, fan, np.where(turn > SMOOTH, 0, 1))
 
 
 def _stretch(turn: Floats) -> Floats:
-    longer: Floats = 1.0 / np.cos(np.clip(turn, 0.0, SHARPEST) / 2)
+    longer: Floats = 1.0 / np.cos(np.clip(turn, 0.0, SMOOTH) / 2)
     return longer
 
 
 def _thinned(total: Floats, curves: Curves, vertex: Ints, least: float) -> Ints:
-    """The vertices without those that crowd: of each run of short gaps every other one goes, until none is short."""
+    """The vertices without those that crowd: of each run of short gaps every other one goes, until none is short.
+
+    Those beside a corner go before it does.
+    """
+    offsets = offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves)))
+    near = _gaps(total, curves, vertex, offsets) < least
+    after, is_corner = next_in_loop(offsets), curves.is_corner[vertex]
+    beside = near & is_corner[after]
+    beside[after[near & is_corner]] = True
+    vertex = vertex[~beside | is_corner]
     while True:
         offsets = offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves)))
         gap = _gaps(total, curves, vertex, offsets)
