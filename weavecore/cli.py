@@ -16,6 +16,7 @@ import typer
 
 from weavecore.commands.info import info
 from weavecore.commands.mesh import mesh
+from weavecore.commands.view import view
 from weavecore.commands.weave import weave
 from weavecore.errors import WeaveError
 
@@ -62,7 +63,7 @@ def _weavecore(
 ) -> None: ...
 
 
-for _command in (weave, info, mesh):
+for _command in (weave, info, mesh, view):
     app.command()(_command)
 
 

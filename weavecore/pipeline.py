@@ -16,8 +16,10 @@ from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
 from weavecore.reading import inspect_file, read_result, read_surface, surface_from
 from weavecore.validating import validate
+from weavecore.viewing.page.document import encode_page
 from weavecore.viewing.picture import encode_picture
 from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface, describe_weave
+from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice
 
@@ -40,7 +42,7 @@ Progress = Callable[[float, str], None]
 """Called with what is done, from 0 to 1, and a label; raising in it cancels the work."""
 
 METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels}
-PICTURE = ".png"
+PICTURE, PAGE = ".png", ".html"
 
 
 def offset(
@@ -155,7 +157,8 @@ def export(
     """Write a stage's result by the ending of ``path``, whole or not at all.
 
     ``.3dm`` and ``.json`` hold every result, with the strands of a lattice; ``.obj``, ``.ply``, ``.off``
-    and ``.stl`` hold the faces of a surface or a lattice, and the rods of a weave as pipes; ``.png`` is a picture.
+    and ``.stl`` hold the faces of a surface or a lattice, and the rods of a weave as pipes; ``.png`` is a picture and
+    ``.html`` a page to look at the result in three dimensions, which opens offline.
 
     Parameters
     ----------
@@ -189,8 +192,11 @@ def export_together(
     for done, path in enumerate(targets):
         if progress:
             progress(done / len(targets), f"writing {Path(path).name}")
-        if _is_picture(path):
+        if _ends_with(path, PICTURE):
             contents[path] = encode_picture(value)
+        elif _ends_with(path, PAGE):
+            sequence = find_sequence(value) if isinstance(value, Weave) else None
+            contents[path] = encode_page(value, strands=strands, sequence=sequence)
         else:
             contents[path] = encode(value, path, strands=strands, parameters=parameters)
     write_together(contents, overwrite=overwrite)
@@ -205,7 +211,7 @@ def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
     """
     targets = list(paths)
     for path in targets:
-        if not _is_picture(path):
+        if not _ends_with(path, PICTURE, PAGE):
             writer_for(path)
     check_targets(targets, overwrite=overwrite)
 
@@ -237,7 +243,7 @@ def draw_picture(
     ------
     Unsupported, OutputExists, NotWritten
     """
-    if not _is_picture(path):
+    if not _ends_with(path, PICTURE):
         raise Unsupported(f"{path} has no ending of a picture", remedy=f"End the name with {PICTURE}.")
     check_targets([path], overwrite=overwrite)
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
@@ -254,5 +260,5 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
     return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)
 
 
-def _is_picture(path: PathLike) -> bool:
-    return Path(path).suffix.lower() == PICTURE
+def _ends_with(path: PathLike, *endings: str) -> bool:
+    return Path(path).suffix.lower() in endings

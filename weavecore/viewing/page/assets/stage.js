@@ -1,0 +1,143 @@
+// The stage: camera, controls, and drawing when something has changed.
+
+const canvas = byId("canvas");
+const stageElement = byId("stage");
+const FIELD = 32; // degrees
+
+const stage = {
+    renderer: null,
+    scene: new THREE.Scene(),
+    camera: new THREE.PerspectiveCamera(FIELD, 1, 0.1, 10),
+    controls: null,
+    beforeDrawing: [],
+    isAsked: false,
+    isFitted: false, // until the view is moved by hand
+    radius: content.size / 2 || 1,
+
+    /** Draw before the next frame; many askings make one drawing. */
+    ask() {
+        if (this.isAsked || !this.renderer) return;
+        this.isAsked = true;
+        requestAnimationFrame(() => {
+            this.isAsked = false;
+            this.draw();
+        });
+    },
+
+    draw() {
+        this.controls.update();
+        this.setDepthRange();
+        for (const task of this.beforeDrawing) task();
+        this.renderer.render(this.scene, this.camera);
+    },
+
+    /** The nearer the far plane to the near one, the finer rods are told apart that nearly touch. */
+    setDepthRange() {
+        const distance = this.camera.position.length();
+        this.camera.far = distance + 1.3 * this.radius;
+        this.camera.near = Math.max(distance - 1.3 * this.radius, this.camera.far / 2000);
+        this.camera.updateProjectionMatrix();
+    },
+
+    resize() {
+        const { width, height } = stageElement.getBoundingClientRect();
+        if (!width || !height || !this.renderer) return;
+        this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+        this.renderer.setSize(width, height, false);
+        this.camera.aspect = width / height;
+        this.camera.updateProjectionMatrix();
+        if (this.isFitted) this.fit();
+        this.ask();
+    },
+
+    /** What a pixel measures at distance 1 from the eye. */
+    pixelSize() {
+        return (2 * Math.tan((FIELD * Math.PI) / 360)) / Math.max(canvas.clientHeight, 1);
+    },
+
+    /** Look from a direction, or from where the eye is, so that all fits between what lies over the stage. */
+    fit(direction = null) {
+        if (!this.renderer) return;
+        const from = direction ? new THREE.Vector3(...direction) : this.camera.position.clone().sub(this.controls.target);
+        from.normalize();
+        const up = Math.abs(from.z) > 0.999 ? new THREE.Vector3(0, 1, 0) : new THREE.Vector3(0, 0, 1);
+        const right = new THREE.Vector3().crossVectors(up, from).normalize();
+        const above = new THREE.Vector3().crossVectors(from, right);
+        const reach = this.reachFrom(from, right, above);
+        const centre = right.multiplyScalar(reach.x).add(above.multiplyScalar(reach.y));
+        this.controls.target.copy(centre);
+        this.camera.position.copy(centre).addScaledVector(from, reach.distance);
+        this.isFitted = true;
+        this.ask();
+    },
+
+    /** Where the axis of the view must pass, and how far away the eye must be, for all points to be seen. */
+    reachFrom(from, right, above) {
+        const slope = Math.tan((FIELD * Math.PI) / 360), margin = 0.9;
+        const points = surface.vertices, p = new THREE.Vector3();
+        const wide = slope * this.camera.aspect * margin,
+            tall = slope * margin;
+        // Of each side of the view the point that is furthest out, as the intercept of a plane through the eye.
+        let left = Infinity, east = -Infinity, bottom = Infinity, top = -Infinity;
+        for (let k = 0; k < points.length; k += 3) {
+            p.set(points[k], points[k + 1], points[k + 2]);
+            const x = p.dot(right), y = p.dot(above), z = p.dot(from);
+            east = Math.max(east, x + z * wide);
+            left = Math.min(left, x - z * wide);
+            top = Math.max(top, y + z * tall);
+            bottom = Math.min(bottom, y - z * tall);
+        }
+        return {
+            x: (east + left) / 2,
+            y: (top + bottom) / 2,
+            distance: Math.max((east - left) / 2 / wide, (top - bottom) / 2 / tall, 1e-6 * this.radius),
+        };
+    },
+
+    /** Turn about the middle by angles in degrees. */
+    turn(sideways, upwards) {
+        this.isFitted = false;
+        const offset = this.camera.position.clone().sub(this.controls.target);
+        const distance = offset.length();
+        let azimuth = Math.atan2(offset.y, offset.x) + (sideways * Math.PI) / 180;
+        let height = Math.asin(offset.z / distance) + (upwards * Math.PI) / 180;
+        height = Math.max(-1.55, Math.min(1.55, height));
+        offset.set(Math.cos(height) * Math.cos(azimuth), Math.cos(height) * Math.sin(azimuth), Math.sin(height));
+        this.camera.position.copy(this.controls.target).addScaledVector(offset, distance);
+        this.ask();
+    },
+
+    /** Go nearer (below 1) or further away. */
+    zoom(factor) {
+        this.isFitted = false;
+        const offset = this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor);
+        this.camera.position.copy(this.controls.target).add(offset);
+        this.ask();
+    },
+
+    /** Where a point of the model falls, in pixels of the canvas. */
+    project(point) {
+        const p = new THREE.Vector3(...point).project(this.camera);
+        return [((p.x + 1) / 2) * canvas.clientWidth, ((1 - p.y) / 2) * canvas.clientHeight];
+    },
+};
+
+/** Start drawing; false where the browser has no WebGL. */
+function openStage() {
+    try {
+        stage.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    } catch {
+        stageElement.append(make("p", { class: "message" }, "This browser shows no 3D pictures (WebGL); the figures and the rods are at hand all the same."));
+        return false;
+    }
+    stage.renderer.setClearColor(0x000000, 0);
+    stage.camera.up.set(0, 0, 1);
+    stage.controls = new THREE.OrbitControls(stage.camera, canvas);
+    stage.controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    stage.controls.dampingFactor = 0.12;
+    stage.controls.zoomToCursor = true;
+    stage.controls.addEventListener("change", () => stage.ask());
+    stage.controls.addEventListener("start", () => (stage.isFitted = false));
+    new ResizeObserver(() => stage.resize()).observe(stageElement);
+    return true;
+}

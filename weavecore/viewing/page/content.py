@@ -1,0 +1,153 @@
+"""What the page holds of a stage's result: one object of texts, numbers and packed arrays.
+
+Arrays are base64 of little-endian values, with the name of JavaScript's typed array.  Coordinates are relative to the
+middle of the surface, so that 32 bits hold them.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.polygons import fan_triangles
+from weavecore.model import BuildSequence, Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.palette import latitude_colours, utilisation_colours
+from weavecore.units import with_unit
+from weavecore.viewing.choosing import choose_view
+from weavecore.viewing.page.curves import (
+    Curves,
+    curves_of_borders,
+    curves_of_latitudes,
+    curves_of_lattice,
+    curves_of_weave,
+)
+from weavecore.viewing.page.figures import (
+    Figure,
+    latitudes_figures,
+    lattice_figures,
+    surface_figures,
+    weave_figures,
+)
+from weavecore.viewing.scene import Drawable
+
+_MOST_FACES = 120_000
+"""Of a finer surface the faces of the lattice are shown instead."""
+
+_TYPES = {"Float32Array": "<f4", "Uint32Array": "<u4", "Uint8Array": "u1"}
+_SHADES = 24
+"""Colours between which the page interpolates utilisation."""
+
+
+def page_content(
+    value: Drawable, *, strands: Optional[Strands] = None, sequence: Optional[BuildSequence] = None
+) -> dict[str, Any]:
+    """All that the page knows; see `encode_page`."""
+    latitudes = value.lattice.latitudes if isinstance(value, Weave) else getattr(value, "latitudes", value)
+    surface = value if isinstance(value, SurfaceMesh) else latitudes.surface
+    stage, curves, figures = _curves_and_figures(value, strands)
+    vertices, triangles = _drawn_surface(value, surface)
+    low, high = vertices.min(0), vertices.max(0)
+    centre = (low + high) / 2
+    n_generations = 1 if isinstance(value, SurfaceMesh) else latitudes.n_generations
+    loops = [*surface.borders, *surface.cuts]
+    borders = surface.vertices[np.concatenate(loops)] if loops else np.zeros((0, 3))
+    return {
+        "title": surface.name or "Unnamed surface",
+        "stage": stage,
+        "unit": with_unit(1.0, surface.unit).partition(" ")[2],
+        "figures": figures,
+        "families": [{"name": family.name, "colour": list(family.colour)} for family in curves.families],
+        "generationColours": latitude_colours(np.arange(n_generations), n_generations).tolist(),
+        "utilisationColours": utilisation_colours(np.linspace(0, 1, _SHADES)).tolist(),
+        "view": choose_view(surface.vertices, surface.faces, borders).tolist(),
+        "size": float(np.linalg.norm(high - low)),
+        "surface": {
+            "vertices": pack(vertices - centre, "Float32Array"),
+            "triangles": pack(triangles, "Uint32Array"),
+        },
+        "rods": _rods(curves, centre),
+        "weave": _weave(value, centre) if isinstance(value, Weave) else None,
+        "sequence": _sequence(sequence) if sequence is not None else None,
+    }
+
+
+def pack(values: ArrayLike, kind: str) -> dict[str, str]:
+    """An array for the page; values that are not finite become the greatest that are."""
+    array = np.asarray(values)
+    if kind == "Float32Array":
+        array = np.nan_to_num(array, posinf=float(np.finfo(np.float32).max))
+    return {"type": kind, "data": base64.b64encode(array.astype(_TYPES[kind]).tobytes()).decode("ascii")}
+
+
+def _curves_and_figures(value: Drawable, strands: Optional[Strands]) -> tuple[str, Curves, list[Figure]]:
+    if isinstance(value, SurfaceMesh):
+        return "Surface", curves_of_borders(value), surface_figures(value)
+    if isinstance(value, Latitudes):
+        return "Latitudes", curves_of_latitudes(value), latitudes_figures(value)
+    if isinstance(value, Weave):
+        stage = f"{value.lattice.pattern.capitalize()} pattern, {value.over_under}"
+        return stage, curves_of_weave(value), weave_figures(value)
+    if strands is None:
+        raise ValueError("a lattice needs its strands")
+    curves = curves_of_lattice(value, strands)
+    return f"{value.pattern.capitalize()} pattern", curves, lattice_figures(value, curves)
+
+
+def _drawn_surface(value: Drawable, surface: SurfaceMesh) -> tuple[Floats, Ints]:
+    """Vertices and triangles of the surface, or of the lattice where the surface is too fine for a page."""
+    lattice = value.lattice if isinstance(value, Weave) else value
+    if surface.n_faces > _MOST_FACES and isinstance(lattice, Lattice):
+        return lattice.nodes, fan_triangles(lattice.face_offsets, lattice.face_nodes)[0]
+    return surface.vertices, surface.faces
+
+
+def _rods(curves: Curves, centre: Floats) -> dict[str, Any]:
+    starts = curves.offsets[:-1]
+    empty = np.zeros(0)
+    least, most = (f.reduceat(curves.depth, starts) if len(starts) else empty for f in (np.minimum, np.maximum))
+    return {
+        "names": list(curves.names),
+        "family": pack(curves.family, "Uint8Array"),
+        "closed": pack(curves.closed, "Uint8Array"),
+        "length": pack(curves.lengths, "Float32Array"),
+        "shallowest": pack(least, "Float32Array"),
+        "deepest": pack(most, "Float32Array"),
+        "offsets": pack(curves.offsets, "Uint32Array"),
+        "points": pack(curves.points - centre, "Float32Array"),
+        "stations": pack(curves.stations, "Float32Array"),
+        "depth": pack(curves.depth, "Float32Array"),
+        "radius": curves.radius,
+    }
+
+
+def _weave(weave: Weave, centre: Floats) -> dict[str, Any]:
+    """Bending of each rod, and the joints with their rods from the innermost out."""
+    bending, joints = weave.bending, weave.joints
+    return {
+        "material": weave.material.name,
+        "source": weave.material.source,
+        "leastRadius": weave.material.least_bend * weave.rod_diameter,
+        "minRadius": pack(bending.min_radius, "Float32Array"),
+        "stationAtMin": pack(bending.station_at_min, "Float32Array"),
+        "pointAtMin": pack(bending.point_at_min - centre, "Float32Array"),
+        "utilisation": pack(bending.utilisation, "Float32Array"),
+        "largestDiameter": pack(bending.largest_diameter, "Float32Array"),
+        "jointPoints": pack(weave.lattice.nodes[joints.node] - centre, "Float32Array"),
+        "jointOffsets": pack(joints.offsets, "Uint32Array"),
+        "jointRods": pack(joints.strand, "Uint32Array"),
+        "jointStations": pack(weave.axes.stations[joints.visit], "Float32Array"),
+    }
+
+
+def _sequence(sequence: BuildSequence) -> dict[str, Any]:
+    return {
+        "rods": pack(sequence.strand, "Uint32Array"),
+        "isRing": pack(sequence.is_ring, "Uint8Array"),
+        "generation": pack(sequence.generation, "Uint32Array"),
+        "tiedOffsets": pack(sequence.tied_offsets, "Uint32Array"),
+        "tied": pack(sequence.tied, "Uint32Array"),
+    }
