@@ -9,7 +9,7 @@ from the points and derivatives at its ends.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline
@@ -133,9 +133,19 @@ def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t:
 
 
 def sample_curves(
-    points: Floats, derivatives: Floats, parameters: Floats, offsets: Ints, closed: Bools, ends: Floats, *, step: float
+    points: Floats,
+    derivatives: Floats,
+    parameters: Floats,
+    offsets: Ints,
+    closed: Bools,
+    ends: Floats,
+    *,
+    step: Union[float, Floats],
 ) -> CurveSamples:
-    """Sample all rows so that no two samples are further than ``step`` apart; the rows' points are among them."""
+    """Sample all rows so that no two samples are further than ``step`` apart; the rows' points are among them.
+
+    The step may be one for all, or one for each cubic of `span_ends`.
+    """
     start, stop, reach = span_ends(parameters, offsets, closed, ends)
     # A cubic through smooth data is little longer than its chord; the rest is room.
     pieces = np.maximum(np.ceil(1.2 * reach / step), 1).astype(np.int64)

@@ -1,0 +1,118 @@
+"""From a weave to the files of the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Callable, Optional
+
+from weavecore.fabricating import tables
+from weavecore.fabricating.bom import bom_table
+from weavecore.fabricating.dxf import encode_dxf
+from weavecore.fabricating.marks import Mark, mark_pieces
+from weavecore.fabricating.needed import need
+from weavecore.fabricating.nesting import nest_pieces
+from weavecore.fabricating.pdf import encode_pdf
+from weavecore.fabricating.pieces import Piece, cut_rods
+from weavecore.fabricating.plan import RodPlan, plan_rods
+from weavecore.fabricating.reporting import encode_report
+from weavecore.fabricating.sheets import draw_pages, draw_roll, to_corner
+from weavecore.fabricating.svg import encode_svg
+from weavecore.fabricating.table import Source
+from weavecore.fabricating.templates import strips_of
+from weavecore.fabricating.ties import find_ties
+from weavecore.fabricating.workshop import DXF, PDF, SVG, Workshop
+from weavecore.model import BuildSequence, Weave
+
+Progress = Callable[[float, str], None]
+
+_LIBRARIES = {DXF: "ezdxf", PDF: "reportlab"}
+
+
+def check_libraries(workshop: Workshop) -> None:
+    """See that what the templates need is installed, before any work is done.
+
+    Raises
+    ------
+    Unsupported
+    """
+    for template in workshop.templates:
+        if template in _LIBRARIES:
+            need(_LIBRARIES[template], template.upper())
+
+
+def fabricate_weave(
+    weave: Weave,
+    sequence: BuildSequence,
+    *,
+    scale: float,
+    workshop: Workshop,
+    source: Source,
+    progress: Optional[Progress] = None,
+) -> dict[str, bytes]:
+    """Make all files of the folder but the .3dm: their names and contents.
+
+    Parameters
+    ----------
+    weave : Weave
+    sequence : BuildSequence
+        The order of construction.
+    scale : float
+        Millimetres in one of the model's units.
+    workshop : Workshop
+    source : Source
+        What every file states.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Raises
+    ------
+    Unsupported
+        Where the stock is too short for a rod, or a library for the templates is missing.
+    """
+    tell = progress or (lambda _fraction, _label: None)
+    check_libraries(workshop)
+    plan = plan_rods(weave, scale)
+    tell(0.0, "cutting the rods")
+    pieces, splices = cut_rods(plan, workshop)
+    bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf)
+    marks = mark_pieces(plan, pieces)
+    ties = find_ties(plan)
+    tell(0.2, "writing the tables")
+    made = (
+        tables.rods_table(plan),
+        tables.pieces_table(plan, pieces, bars),
+        tables.splices_table(plan, splices),
+        tables.nesting_table(bars),
+        tables.marks_table(plan, marks),
+        tables.joints_table(plan, ties),
+        tables.axes_table(plan),
+        tables.sequence_table(plan, sequence),
+        bom_table(plan, workshop, pieces, splices, bars, ties),
+    )
+    files = {f"{table.name}.csv": table.encode(source) for table in made}
+    tell(0.4, "drawing the templates")
+    files.update(_templates(plan, pieces, marks, workshop, source))
+    tell(0.8, "checking what was written")
+    files.update(encode_report(files, source))
+    tell(1.0, "checked")
+    return files
+
+
+def _templates(
+    plan: RodPlan, pieces: Sequence[Piece], marks: Sequence[Mark], workshop: Workshop, source: Source
+) -> dict[str, bytes]:
+    files = {}
+    strips = strips_of(pieces, marks)
+    statement = source.line("templates").replace("table ", "1:1 ")
+    if DXF in workshop.templates or SVG in workshop.templates:
+        roll = draw_roll(plan, strips, statement)
+        if DXF in workshop.templates:
+            files["templates.dxf"] = encode_dxf(roll.drawing, statement)
+        if SVG in workshop.templates:
+            corner = to_corner(roll)
+            files["templates.svg"] = encode_svg(corner.drawing, corner.width, corner.height, statement)
+    if PDF in workshop.templates:
+        pages = draw_pages(plan, strips, statement, workshop.paper)
+        width, height = pages[0].width, pages[0].height
+        files["templates.pdf"] = encode_pdf([page.drawing for page in pages], width, height, statement)
+    return files

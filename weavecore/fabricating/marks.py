@@ -1,0 +1,113 @@
+"""`Mark`: where a piece passes a node, and what crosses it there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.fabricating.pieces import Piece
+from weavecore.fabricating.plan import RodPlan
+
+OVER, UNDER = "over", "under"
+LEFT, RIGHT = "left", "right"
+
+_ON_END = 1e-6
+"""Rods end at joints: a mark so far beyond an end is on it."""
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Another rod at a mark.
+
+    Parameters
+    ----------
+    rod : int
+    station : float
+        Along that rod.
+    is_over : bool
+        Whether the rod of the mark lies over it, further out of the surface.
+    side : str
+        Where it runs on to, seen from outside and along the rod of the mark: ``"left"`` or ``"right"``.
+    """
+
+    rod: int
+    station: float
+    is_over: bool
+    side: str
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A tick on a piece.
+
+    Parameters
+    ----------
+    piece : Piece
+    number : int
+        From 1 along the piece.
+    station : float
+        Along the rod.
+    at : float
+        From the start of the piece.
+    node : int
+    joint : int
+        Or -1 at a node that the rod passes alone.
+    crossings : tuple of Crossing
+    """
+
+    piece: Piece
+    number: int
+    station: float
+    at: float
+    node: int
+    joint: int
+    crossings: tuple[Crossing, ...]
+
+
+def joint_name(node: int, joint: int, n_nodes: int) -> str:
+    """``J`` and the number of the node in the lattice; ``N`` where one rod passes it alone."""
+    digits = max(4, len(str(n_nodes - 1)))
+    return f"{'N' if joint < 0 else 'J'}{node:0{digits}d}"
+
+
+def mark_pieces(plan: RodPlan, pieces: list[Piece]) -> list[Mark]:
+    """Every pass of a piece by a node, by piece and along it; where pieces overlap both are marked."""
+    strands, axes = plan.weave.strands, plan.axes
+    crossings = _crossings(plan)
+    marks = []
+    for piece in pieces:
+        visits = np.arange(strands.offsets[piece.rod], strands.offsets[piece.rod + 1])
+        length = float(axes.lengths[piece.rod])
+        laps = np.arange(-1, 3) * length if axes.closed[piece.rod] else np.zeros(1)
+        at = (axes.stations[visits][None] + laps[:, None] - piece.start).ravel()
+        visit = np.tile(visits, len(laps))
+        on = np.flatnonzero((at >= -_ON_END) & (at <= piece.cut_length + _ON_END))
+        on = on[np.argsort(at[on], kind="stable")]
+        places = np.clip(at[on], 0.0, piece.cut_length).tolist()
+        for number, (v, where) in enumerate(zip(visit[on].tolist(), places), start=1):
+            node, joint = int(strands.nodes[v]), int(plan.joint_of_visit[v])
+            marks.append(Mark(piece, number, float(axes.stations[v]), where, node, joint, crossings[v]))
+    return marks
+
+
+def _crossings(plan: RodPlan) -> list[tuple[Crossing, ...]]:
+    """The other rods at every visit, from the innermost out."""
+    joints, weave, stations = plan.weave.joints, plan.weave, plan.axes.stations
+    found: list[tuple[Crossing, ...]] = [()] * len(stations)
+    tangents, normals = plan.tangents.tolist(), weave.normals[joints.node].tolist()
+    for j, (a, b) in enumerate(zip(joints.offsets.tolist(), joints.offsets[1:].tolist())):
+        visits, rods = joints.visit[a:b].tolist(), joints.strand[a:b].tolist()
+        for rank, visit in enumerate(visits):
+            found[visit] = tuple(
+                Crossing(rod, float(stations[other]), rank > k, _side(tangents[visit], tangents[other], normals[j]))
+                for k, (other, rod) in enumerate(zip(visits, rods))
+                if k != rank
+            )
+    return found
+
+
+def _side(along: list[float], other: list[float], normal: list[float]) -> str:
+    (a, b, c), (u, v, w), (x, y, z) = along, other, normal
+    turn = (b * w - c * v) * x + (c * u - a * w) * y + (a * v - b * u) * z
+    return LEFT if turn >= 0 else RIGHT

@@ -1,0 +1,25 @@
+"""Libraries that only the drawings need, and what is said where they are missing."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from weavecore.errors import Unsupported
+
+
+def need(library: str, what: str) -> Any:
+    """The library.
+
+    Raises
+    ------
+    Unsupported
+        Where it is not installed.
+    """
+    try:
+        return import_module(library)
+    except ImportError:
+        raise Unsupported(
+            f"Templates as {what} need {library}, which is not installed",
+            remedy='Install it, pip install "weavecore[fabricate]", or ask for others: --templates svg, or none.',
+        ) from None

@@ -1,0 +1,126 @@
+"""Which pieces are cut from which bar: the longest first, each from the bar that it fills best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.fabricating.pieces import Piece
+
+_MOST_TRIALS = 200_000
+"""Bars times pieces, up to which it is tried to do better than best fit."""
+
+_ROOM = 1e-6
+"""Pieces that fill a bar to the last micrometre still fit."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar of stock and the pieces that are cut from it, in this order."""
+
+    id: str
+    pieces: tuple[Piece, ...]
+    used: float
+    offcut: float
+
+
+def nest_pieces(pieces: Sequence[Piece], *, stock: float, kerf: float) -> list[Bar]:
+    """Cut all pieces from as few bars as can be found.
+
+    Best fit, the longest first, which never needs more than 11/9 of the fewest bars and one more
+    (Johnson 1974).  Where that is more than the least that could do, the bars are filled one after the other as
+    full as they can be.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+        None with a cut longer than the stock.
+    stock, kerf : float
+    """
+    lengths = np.array([piece.cut_length + kerf for piece in pieces])
+    order = sorted(range(len(pieces)), key=lambda k: (-lengths[k], k))
+    bars = _best_fit(lengths, order, stock)
+    if len(bars) > least_bars(lengths.tolist(), stock) and len(bars) * len(pieces) <= _MOST_TRIALS:
+        fuller = _fill_one_by_one(lengths, order, stock)
+        bars = fuller if len(fuller) < len(bars) else bars
+    digits = max(3, len(str(len(bars))))
+    found = []
+    for number, bar in enumerate(bars, start=1):
+        used = float(lengths[bar].sum())
+        found.append(Bar(f"S{number:0{digits}d}", tuple(pieces[k] for k in bar), used, max(stock - used, 0.0)))
+    return found
+
+
+def least_bars(lengths: Sequence[float], stock: float) -> int:
+    """A number of bars that no cutting can do with less of (Martello and Toth 1990, bound L2).
+
+    Pieces longer than half a bar need one each, and what these leave takes no more than it has room for.
+    """
+    if not lengths:
+        return 0
+    row = np.sort(np.asarray(lengths))[::-1]
+    total = np.concatenate([[0.0], np.cumsum(row)])
+    half = stock / 2
+    n_long = int(np.searchsorted(-row, -half, side="left"))
+    best = math.ceil((total[-1] - _ROOM) / stock)
+    for least in np.unique(row[row <= half])[:200].tolist():
+        n_huge = int(np.searchsorted(-row, -(stock - least), side="left"))
+        n_counted = int(np.searchsorted(-row, -least, side="right"))
+        room = (n_long - n_huge) * stock - (total[n_long] - total[n_huge])
+        small = total[n_counted] - total[n_long]
+        best = max(best, n_long + max(0, math.ceil((small - room - _ROOM) / stock)))
+    return int(max(best, n_long))
+
+
+def _best_fit(lengths: np.ndarray, order: Sequence[int], stock: float) -> list[list[int]]:
+    bars: list[list[int]] = []
+    left = np.full(len(order), np.inf)  # Bars that are not begun are never the fullest.
+    for k in order:
+        room = left[: len(bars)] - lengths[k]
+        room = np.where(room >= -_ROOM, room, np.inf)
+        best = int(np.argmin(room)) if len(room) else 0
+        if len(room) and np.isfinite(room[best]):
+            bars[best].append(k)
+            left[best] -= lengths[k]
+        else:
+            left[len(bars)] = stock - lengths[k]
+            bars.append([k])
+    return bars
+
+
+def _fill_one_by_one(lengths: np.ndarray, order: Sequence[int], stock: float) -> list[list[int]]:
+    """Fill each bar, beginning with the longest piece that is left, as full as a sum of whole millimetres can be."""
+    left = list(order)
+    bars = []
+    while left:
+        first = left.pop(0)
+        chosen = _fullest([lengths[k] for k in left], stock - lengths[first])
+        bars.append([first, *(left[i] for i in chosen)])
+        taken = set(chosen)
+        left = [k for i, k in enumerate(left) if i not in taken]
+    return bars
+
+
+def _fullest(lengths: Sequence[float], room: float) -> list[int]:
+    """Which of the lengths, each rounded up to a whole millimetre, fill the room best."""
+    space = int(room + _ROOM)
+    reached_by = np.full(space + 1, -1, np.int64)
+    reached_by[0] = len(lengths)
+    for i, length in enumerate(lengths):
+        need = math.ceil(length - _ROOM)
+        if need > space:
+            continue
+        fresh = (reached_by[: space + 1 - need] >= 0) & (reached_by[need:] < 0)
+        reached_by[need:][fresh] = i
+        if reached_by[space] >= 0:
+            break
+    at = int(np.flatnonzero(reached_by >= 0)[-1])
+    chosen = []
+    while at > 0:
+        i = int(reached_by[at])
+        chosen.append(i)
+        at -= math.ceil(lengths[i] - _ROOM)
+    return sorted(chosen)

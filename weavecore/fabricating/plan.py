@@ -1,0 +1,127 @@
+"""`RodPlan`: the rods of a weave in millimetres, as the tables take them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.geometry.curvature import mean_curvature, points_at_stations
+from weavecore.geometry.splines import CurveSamples
+from weavecore.model import RodAxes, Weave
+from weavecore.model.strands import first_generations
+
+_SAMPLES_PER_WINDOW = 8
+
+
+@dataclass(frozen=True, eq=False)
+class RodPlan:
+    """A weave in millimetres.
+
+    Parameters
+    ----------
+    weave : Weave
+        Names, rods and joints; its lengths are in the model's unit.
+    scale : float
+        Millimetres in one of the model's units.
+    axes : RodAxes
+        In millimetres.
+    nodes : (N, 3) float64
+        In millimetres.
+    """
+
+    weave: Weave
+    scale: float
+    axes: RodAxes
+    nodes: Floats
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Names of the rods."""
+        return self.weave.ids
+
+    @property
+    def diameter(self) -> float:
+        """Diameter of the rods."""
+        return self.weave.rod_diameter * self.scale
+
+    @property
+    def spacing(self) -> float:
+        """Distance from one latitude to the next."""
+        return float(self.weave.lattice.latitudes.spacing) * self.scale
+
+    @cached_property
+    def joint_of_visit(self) -> Ints:
+        """(M,) the joint at which each visit lies, or -1."""
+        joint = np.full(len(self.weave.strands.nodes), -1, np.int64)
+        joint[self.weave.joints.visit] = self.weave.joints.joint
+        return joint
+
+    @cached_property
+    def tangents(self) -> Floats:
+        """(M, 3) unit direction of the rod at each visit."""
+        size = np.linalg.norm(self.axes.derivatives, axis=1, keepdims=True)
+        unit: Floats = self.axes.derivatives / np.maximum(size, np.finfo(float).tiny)
+        return unit
+
+    @cached_property
+    def generation(self) -> Ints:
+        """(S,) the least generation that each rod touches."""
+        return first_generations(self.weave.strands, self.weave.lattice)
+
+    @cached_property
+    def bend(self) -> BendProfile:
+        """How much the rods are bent along their length."""
+        window = self.weave.bending.window * self.scale
+        samples = self.axes.samples(window / _SAMPLES_PER_WINDOW)
+        curvature, middle = mean_curvature(samples, self.axes.closed, window)
+        return BendProfile(samples, middle, self.weave.material.least_bend * self.diameter * curvature)
+
+
+@dataclass(frozen=True, eq=False)
+class BendProfile:
+    """Utilisation (n,) in windows with their middles (n,) at stations, in the order of the samples."""
+
+    samples: CurveSamples
+    middle: Floats
+    utilisation: Floats
+
+    def greatest(self, rod: int, length: float, low: float, high: float) -> float:
+        """The greatest utilisation of a rod between two stations, which may lie beyond the ends of a ring."""
+        part = slice(self.samples.offsets[rod], self.samples.offsets[rod + 1])
+        middle = self.middle[part]
+        found = [
+            self.utilisation[part][
+                max(np.searchsorted(middle, low + lap) - 1, 0) : np.searchsorted(middle, high + lap) + 1
+            ]
+            for lap in (-length, 0.0, length)
+            if low + lap <= middle[-1] and high + lap >= middle[0]
+        ]
+        return float(max((one.max(initial=0.0) for one in found), default=0.0))
+
+    def points(self, rod: int, stations: Floats) -> Floats:
+        """Points (n, 3) at stations along a rod."""
+        return points_at_stations(self.samples, np.full(len(stations), rod), stations)
+
+
+def plan_rods(weave: Weave, scale: float) -> RodPlan:
+    """The weave in millimetres, of which there are ``scale`` in one of its units."""
+    axes = weave.axes
+    lengths = ("points", "parameters", "ends", "knots", "controls", "stations", "lengths", "layer_offsets")
+    # Derivatives by a parameter that is a length have no unit.
+    in_mm = replace(axes, **{name: getattr(axes, name) * scale for name in lengths})
+    return RodPlan(weave, scale, in_mm, weave.lattice.nodes * scale)
+
+
+def visits_of(plan: RodPlan, rod: int) -> Ints:
+    """The visits of a rod that lie at joints, in order."""
+    offsets = plan.weave.strands.offsets
+    visits = np.arange(offsets[rod], offsets[rod + 1])
+    return visits[plan.joint_of_visit[visits] >= 0]
+
+
+def owners(plan: RodPlan) -> Ints:
+    """(M,) the rod of each visit."""
+    return rows_of(plan.weave.strands.offsets)

@@ -1,0 +1,89 @@
+"""Whether the ticks on the templates, read back, are the marks."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from weavecore.fabricating.drawing import SCALE, TICKS
+from weavecore.fabricating.needed import need
+from weavecore.fabricating.report_files import Finding, Folder
+from weavecore.fabricating.templates import ROW, SCALE_BAR
+from weavecore.geometry.arrays import Floats
+
+LIMIT = 0.01
+_SVG = "{http://www.w3.org/2000/svg}"
+
+
+def check_templates(folder: Folder) -> Iterator[Finding]:
+    """Ticks and scale bars of the DXF and the SVG."""
+    wanted = _marks(folder)
+    if "templates.dxf" in folder.files:
+        lines = read_dxf_lines(folder.files["templates.dxf"])
+        yield _ticks_off("dxf", lines[TICKS], wanted)
+        yield Finding("dxf_scale_bar_off_mm", _scale_off(lines[SCALE]), LIMIT)
+    if "templates.svg" in folder.files:
+        lines = read_svg_lines(folder.files["templates.svg"])
+        yield _ticks_off("svg", lines[TICKS], wanted)
+        yield Finding("svg_scale_bar_off_mm", _scale_off(lines[SCALE]), LIMIT)
+
+
+def read_dxf_lines(content: bytes) -> dict[str, Floats]:
+    """The lines (n, 4) of every layer of a DXF, as x, y, x, y with y up."""
+    document = need("ezdxf", "DXF").read(io.StringIO(content.decode()))
+    lines: dict[str, list[tuple[float, ...]]] = {TICKS: [], SCALE: []}
+    for line in document.modelspace().query("LINE"):
+        (a, b, _), (c, d, _) = line.dxf.start, line.dxf.end
+        lines.setdefault(line.dxf.layer, []).append((a, b, c, d))
+    return {layer: np.array(rows, np.float64).reshape(-1, 4) for layer, rows in lines.items()}
+
+
+def read_svg_lines(content: bytes) -> dict[str, Floats]:
+    """The lines (n, 4) of every layer of an SVG, as x, y, x, y with y up."""
+    root = ET.fromstring(content)
+    lines = {}
+    for group in root.iter(f"{_SVG}g"):
+        if group.get("id"):
+            rows = [
+                [float(line.get(key, "nan")) for key in ("x1", "y1", "x2", "y2")] for line in group.iter(f"{_SVG}line")
+            ]
+            lines[str(group.get("id"))] = np.array(rows, np.float64).reshape(-1, 4) * (1, -1, 1, -1)
+    return lines
+
+
+def _marks(folder: Folder) -> Floats:
+    """(n, 2) row and distance from the start of every tick, by row."""
+    marks, pieces = folder.table("marks"), folder.table("pieces")
+    row = {piece: k for k, piece in enumerate(pieces["piece_id"])}
+    ticks = {
+        (row[piece], int(number)): at
+        for piece, number, at in zip(marks["piece_id"], marks["no"], marks.floats("from_start").tolist())
+    }
+    return np.array(sorted((key[0], at) for key, at in ticks.items()), np.float64).reshape(-1, 2)
+
+
+def _ticks_off(name: str, lines: Floats, wanted: Floats) -> Finding:
+    """How far ticks are from their marks: the rows begin with the first, each where its first tick has its place."""
+    invariant = f"{name}_tick_off_its_mark_mm"
+    if len(lines) != len(wanted):
+        return Finding(invariant, float("nan"), LIMIT)
+    if len(lines) == 0:
+        return Finding(invariant, 0.0, LIMIT)
+    middle = (lines[:, 1] + lines[:, 3]) / 2
+    row = np.round((middle.max() - middle) / ROW)
+    order = np.lexsort([lines[:, 0], row])
+    # A piece without a tick leaves its row out; the first row is that of the first piece that has one.
+    rows_off = np.abs(row[order] - (wanted[:, 0] - wanted[0, 0]))
+    # All pieces begin at one x, which is 0 in the DXF and behind a margin in the SVG.
+    shift = lines[order, 0] - wanted[:, 1]
+    off = np.abs(shift - np.median(shift))
+    return Finding(invariant, float(np.max(off + rows_off * ROW)), LIMIT)
+
+
+def _scale_off(lines: Floats) -> float:
+    """How far the longest line of the scale bar is from its length."""
+    length = np.linalg.norm(lines[:, :2] - lines[:, 2:], axis=1)
+    return float(abs(length.max(initial=0.0) - SCALE_BAR))
