@@ -14,6 +14,8 @@ _MOST_FACES = 100_000
 _INSIDE_FACE = 1e-7
 """A walk ends no nearer to the side of its last face than this, in barycentric coordinates."""
 
+_Row = tuple[Ints, Ints, Floats, Floats, Floats, Floats]
+
 
 @dataclass(frozen=True, eq=False)
 class Walks:
@@ -50,8 +52,16 @@ class Walks:
         """Some of the walks."""
         counts = np.diff(self.offsets)
         rows = np.repeat(chosen, counts)
-        columns = (column[rows] for column in (self.face, self.start, self.end, self.begin, self.finish))
-        return Walks(offsets_of(counts[chosen]), *columns, far=self.far[chosen], is_blocked=self.is_blocked[chosen])
+        return Walks(
+            offsets_of(counts[chosen]),
+            self.face[rows],
+            self.start[rows],
+            self.end[rows],
+            self.begin[rows],
+            self.finish[rows],
+            self.far[chosen],
+            self.is_blocked[chosen],
+        )
 
 
 def in_face_order(weights: Floats, halfedge: Ints) -> Floats:
@@ -85,7 +95,7 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
     at, x, y, dx, dy = halfedge.copy(), px.copy(), py.copy(), ux.copy(), uy.copy()
     gone, blocked = np.zeros(len(at)), np.zeros(len(at), bool)
     active = np.arange(len(at))
-    rows: list[tuple[Ints, Ints, Floats, Floats, Floats, Floats]] = []
+    rows: list[_Row] = []
     for _ in range(_MOST_FACES):
         if len(active) == 0:
             break
@@ -95,7 +105,9 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
         ends = reach >= far[active] - begin
         step = np.where(ends, far[active] - begin, reach)
         inside = barycentric_at(frames, h, x[active] + step * dx[active], y[active] + step * dy[active])
-        end = np.where(ends[:, None], _kept_inside(in_face_order(inside, h)), on_halfedge(edge, along / frames.length[edge]))
+        end = np.where(
+            ends[:, None], _kept_inside(in_face_order(inside, h)), on_halfedge(edge, along / frames.length[edge])
+        )
         gone[active] += step
         rows.append((active, h // 3, start, end, begin, gone[active]))
         twin, tx, ex, ey = frames.across(edge, along, ex, ey)
@@ -104,14 +116,16 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
         active = active[onward]
         at[active], x[active], y[active] = twin[onward], tx[onward], 0.0
         dx[active], dy[active] = ex[onward], ey[onward]
-    walk, face, start, end, begin, finish = (np.concatenate(column) for column in zip(*rows))
+    return _gather(rows, gone, blocked)
+
+
+def _gather(rows: list[_Row], gone: Floats, blocked: Bools) -> Walks:
+    """Put the segments of each walk one behind the other."""
+    walk, face = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
+    start, end, begin, finish = (np.concatenate([row[k] for row in rows]) for k in (2, 3, 4, 5))
     order = np.argsort(walk, kind="stable")
-    return Walks(
-        offsets_of(np.bincount(walk, minlength=len(gone))),
-        *(column[order] for column in (face, start, end, begin, finish)),
-        far=gone,
-        is_blocked=blocked,
-    )
+    offsets = offsets_of(np.bincount(walk, minlength=len(gone)))
+    return Walks(offsets, face[order], start[order], end[order], begin[order], finish[order], gone, blocked)
 
 
 def _kept_inside(weights: Floats) -> Floats:

@@ -93,20 +93,26 @@ def find_bands(sheet: Sheet, regions: Regions, crossings: Crossings, loops: Loop
     is_parent = np.arange(len(polyline)) < len(sheet.side_polyline) + len(first)
     is_left = is_parent.copy()
     is_left[: len(sheet.side_polyline)] = sheet.side_is_left
-    earliest = np.full(pieces.count, len(polyline))
+    reached = np.asarray(spacing * crossings.level, np.float64)
+    euler, depth = pieces.euler(sheet, regions), pieces.depths(sheet.distance, reached)
+    return order_bands(polyline, band, is_parent, is_left, euler, depth)
+
+
+def order_bands(polyline: Ints, band: Ints, is_parent: Bools, is_left: Bools, euler: Ints, depth: Floats) -> Bands:
+    """Bands by their first parent, from sides in any order: the polyline and the band of each, and what it is."""
+    earliest = np.full(len(euler), len(polyline))
     np.minimum.at(earliest, band[is_parent], np.flatnonzero(is_parent))
     rank = np.argsort(earliest, kind="stable")
-    place = np.empty(pieces.count, np.int64)
-    place[rank] = np.arange(pieces.count)
+    place = np.empty(len(euler), np.int64)
+    place[rank] = np.arange(len(euler))
     order = np.lexsort((~is_left, polyline, ~is_parent, place[band]))
-    reached = np.asarray(spacing * crossings.level, np.float64)
     return Bands(
-        offsets=offsets_of(np.bincount(band, minlength=pieces.count)[rank]),
+        offsets=offsets_of(np.bincount(band, minlength=len(euler))[rank]),
         polyline=polyline[order],
         is_parent=is_parent[order],
         is_left=is_left[order],
-        euler=pieces.euler(sheet, regions)[rank],
-        depth=pieces.depths(sheet.distance, reached)[rank],
+        euler=euler[rank],
+        depth=depth[rank],
     )
 
 

@@ -17,10 +17,10 @@ def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
     """The surface opened along its cuts."""
     faces, twins, vertex = surface.faces, surface.twins, np.arange(surface.n_vertices)
     if surface.cuts:
-        faces, vertex = _part_vertices(surface)
+        faces, vertex = part_vertices(surface)
         twins = np.where(surface.is_cut, NO_TWIN, twins)
     n_borders, n_cuts = len(surface.borders), len(surface.cuts)
-    left, right = _halfedges_of_cuts(surface)
+    left, right = halfedges_of_cuts(surface)
     first_of_borders = np.array([loop[0] for loop in surface.borders], np.int64)
     return Sheet(
         points=surface.vertices[vertex] if surface.cuts else surface.vertices,
@@ -40,7 +40,7 @@ def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
     )
 
 
-def _halfedges_of_cuts(surface: SurfaceMesh) -> tuple[Ints, Ints]:
+def halfedges_of_cuts(surface: SurfaceMesh) -> tuple[Ints, Ints]:
     """The halfedge from the first to the second vertex of each cut, and its twin."""
     tail, head = halfedge_ends(surface.faces)
     candidates = np.flatnonzero(surface.is_cut)
@@ -51,7 +51,7 @@ def _halfedges_of_cuts(surface: SurfaceMesh) -> tuple[Ints, Ints]:
     return left, surface.twins[left]
 
 
-def _part_vertices(surface: SurfaceMesh) -> tuple[Ints, Ints]:
+def part_vertices(surface: SurfaceMesh) -> tuple[Ints, Ints]:
     """Faces whose corners on a cut name one node per fan of faces, and the vertex of each node."""
     corner_vertex = surface.faces.ravel()
     n = surface.n_vertices

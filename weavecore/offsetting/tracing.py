@@ -43,7 +43,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
     sheet = split_ridges(open_sheet(surface, field), surface.edge_lengths, spacing=spacing)
     regions = group_nodes(sheet, spacing=spacing)
     if not regions.band.any():
-        raise _too_large(spacing, _least_depth(surface, field))
+        raise too_large(spacing, least_depth(surface, field.distance))
     refuse_too_many_points(count_crossings(sheet, regions.band), spacing)
     crossings = find_crossings(sheet, regions.band)
     part = place_crossings(sheet, regions, crossings, spacing=spacing)
@@ -65,7 +65,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
 def _polylines(surface: SurfaceMesh, sheet: Sheet, crossings: Crossings, part: Floats, loops: Loops) -> Polylines:
     """The loops where distances start, vertex for vertex, then the traced ones."""
     origin = np.concatenate([*sheet.origins, np.zeros(0, np.int64)])
-    origin_face, origin_barycentric = _corners(surface, origin)
+    origin_face, origin_barycentric = corners_at(surface, origin)
     halfedge, part = crossings.halfedge[loops.order], part[loops.order]
     deep, shallow = crossings.deep[loops.order], crossings.shallow[loops.order]
     points = sheet.points[deep] + (sheet.points[shallow] - sheet.points[deep]) * part[:, None]
@@ -80,7 +80,7 @@ def _polylines(surface: SurfaceMesh, sheet: Sheet, crossings: Crossings, part: F
     )
 
 
-def _corners(surface: SurfaceMesh, vertices: Ints) -> tuple[Ints, Floats]:
+def corners_at(surface: SurfaceMesh, vertices: Ints) -> tuple[Ints, Floats]:
     """A face at each of the vertices, and the barycentric coordinates of the vertex in it."""
     corner = np.empty(surface.n_vertices, np.int64)
     corner[surface.faces.ravel()[::-1]] = np.arange(3 * surface.n_faces)[::-1]
@@ -99,20 +99,21 @@ def refuse_too_many_points(points: float, spacing: float) -> None:
         )
 
 
-def _too_large(spacing: float, depth: float) -> SpacingTooLarge:
+def too_large(spacing: float, depth: float) -> SpacingTooLarge:
+    """The refusal of a spacing at which no polyline fits."""
     return SpacingTooLarge(
         f"A spacing of {spacing:g} leaves no room for a polyline: the surface is about {depth:.3g} deep",
         remedy=f"Take a spacing of {_round_down(depth / 2):g} or less.",
     )
 
 
-def _least_depth(surface: SurfaceMesh, field: DistanceField) -> float:
+def least_depth(surface: SurfaceMesh, distance: Floats) -> float:
     """How deep the surface is at least: at a vertex, or in the middle of the largest circle inside a face."""
     a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     perimeter = surface.edge_lengths.reshape(-1, 3).sum(1)
     radius = np.divide(2.0 * area, perimeter, out=np.zeros_like(area), where=perimeter > 0)
-    return float(max(field.distance.max(), radius.max()))
+    return float(max(distance.max(), radius.max()))
 
 
 def _round_down(value: float) -> float:

@@ -18,7 +18,7 @@ STEPS_PER_SPACING = 10.0
 Progress = Optional[Callable[[float, str], None]]
 
 
-def offset_fronts_on(ground: Ground, *, spacing: float, progress: Progress = None) -> list[Curves]:
+def cover(ground: Ground, *, spacing: float, progress: Progress = None) -> list[Curves]:
     """The children of each generation, from 1 on, each with what is not yet covered on its left.
 
     Parameters

@@ -46,7 +46,8 @@ def find_uncovered(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regroupe
     n_groups = int(regrouped.group.max(initial=0)) + 1
     tally = np.bincount(regrouped.group * n_heights + height, free, minlength=n_groups * n_heights)
     best = tally.reshape(n_groups, n_heights).argmax(1)
-    return (height == best[regrouped.group]) & (covered < _MOST_COVERED * length) & _cross_edges(regrouped.curves)
+    is_best = height == best[regrouped.group]
+    return np.asarray(is_best & (covered < _MOST_COVERED * length) & _cross_edges(regrouped.curves))
 
 
 def _cross_edges(curves: Curves) -> Bools:

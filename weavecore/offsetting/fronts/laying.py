@@ -111,7 +111,7 @@ class _Section:
         s = self.height(chord, corners[halfedge])
         t = self.height(chord, corners[next_halfedge(halfedge)])
         part = np.divide(s, s - t, out=np.full(len(s), 0.5), where=s != t)
-        return np.clip(part, _OFF_THE_CORNER, 1.0 - _OFF_THE_CORNER)
+        return np.asarray(np.clip(part, _OFF_THE_CORNER, 1.0 - _OFF_THE_CORNER))
 
 
 def _route(ground: Ground, start: int, goal: int) -> list[int]:

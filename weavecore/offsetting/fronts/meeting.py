@@ -62,8 +62,7 @@ class _Segments:
     def overlap(self, i: Ints, other: _Segments, j: Ints) -> Bools:
         """Whether the boxes around segments overlap."""
         apart = (self.low[i] > other.high[j]) | (other.low[j] > self.high[i])
-        overlap: Bools = ~apart.any(1)
-        return overlap
+        return np.asarray(~apart.any(axis=1))
 
 
 def meet_themselves(ground: Ground, curves: Curves) -> Meetings:
@@ -71,11 +70,8 @@ def meet_themselves(ground: Ground, curves: Curves) -> Meetings:
     segments = _Segments(ground, curves.face, curves.start, curves.end)
     parts = []
     for i, j in _candidates(segments.face, segments.face):
-        ahead = i < j
-        i, j = i[ahead], j[ahead]
-        linked = (curves.after[i] == j) | (curves.after[j] == i)
-        i, j = i[~linked], j[~linked]
-        parts.append(_meet(segments, i, segments, j))
+        apart = (i < j) & (curves.after[i] != j) & (curves.after[j] != i)
+        parts.append(_meet(segments, i[apart], segments, j[apart]))
     return Meetings.of(parts)
 
 

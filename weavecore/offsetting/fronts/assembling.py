@@ -1,0 +1,185 @@
+"""From the fronts of all generations to `Latitudes`: points, bands and parents.
+
+Who is whose parent is read from the surface itself: it is cut along all fronts, and what lies between
+them are the bands.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.cutting import NONE, Cells, Marks, cut_along
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.model.latitudes import Latitudes
+from weavecore.model.polylines import Polylines
+from weavecore.model.surface import SurfaceMesh
+from weavecore.offsetting.bands import find_parents, order_bands
+from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.opening import halfedges_of_cuts, part_vertices
+from weavecore.offsetting.tracing import corners_at
+
+_SAMPLES_PER_SPACING = 50
+
+
+def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, spacing: float) -> Latitudes:
+    """The borders and cuts as generation 0, then the fronts of each generation."""
+    origins = [*surface.borders, *surface.cuts]
+    polylines = _polylines(surface, origins, generations)
+    n_fronts = [len(fronts) for fronts in generations]
+    generation = np.repeat(np.arange(len(n_fronts) + 1), [len(origins), *n_fronts])
+    marks = _marks(polylines, len(origins), surface.n_vertices)
+    pieces = _Pieces(surface, ground, marks, cut_along(surface.faces, ground.twins, marks))
+    polyline, piece, is_parent, is_left = _sides(surface, pieces, polylines, len(origins))
+    vertex_distance = _vertex_distances(surface, polylines, generation, pieces, polyline, piece, is_parent, spacing)
+    depth = np.zeros(pieces.count)
+    np.maximum.at(depth, pieces.of_node, vertex_distance[pieces.vertex])
+    np.maximum.at(depth, piece, generation[polyline] * spacing)
+    bands = order_bands(polyline, piece, is_parent, is_left, pieces.euler, depth)
+    return Latitudes(
+        surface=surface,
+        polylines=polylines,
+        generation=generation,
+        distance=np.asarray(generation * spacing, np.float64),
+        parents=find_parents(bands),
+        bands=bands,
+        spacing=spacing,
+        vertex_distance=vertex_distance,
+    )
+
+
+def _polylines(surface: SurfaceMesh, origins: list[Ints], generations: list[Curves]) -> Polylines:
+    vertex = np.concatenate(origins)
+    face, weights = corners_at(surface, vertex)
+    faces = np.concatenate([face, *(fronts.face for fronts in generations)])
+    weights = np.concatenate([weights, *(fronts.start for fronts in generations)])
+    points = np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[faces]])
+    points[: len(vertex)] = surface.vertices[vertex]
+    counts = np.concatenate([[len(loop) for loop in origins], *(np.diff(fronts.offsets) for fronts in generations)])
+    return Polylines(points, offsets_of(counts), np.ones(len(counts), bool), faces, weights)
+
+
+def _marks(polylines: Polylines, n_origins: int, n_vertices: int) -> Marks:
+    """The fronts as curves to cut the mesh by: each point marks where it enters the face of its segment."""
+    first = polylines.offsets[n_origins]
+    offsets = polylines.offsets[n_origins:] - first
+    face, weights = polylines.face[first:], polylines.barycentric[first:]
+    after = next_in_loop(offsets)
+    before = np.empty(len(after), np.int64)
+    before[after] = np.arange(len(after))
+    apex = weights.argmin(1)
+    row = np.arange(len(face))
+    on_edge = (weights[row, apex] == 0.0) & (face != face[before])
+    tail, head = (apex + 1) % 3, (apex + 2) % 3
+    return Marks(
+        after=after,
+        before=before,
+        vertex=n_vertices + row,
+        halfedge=np.where(on_edge, 3 * face + tail, NONE),
+        part=np.where(on_edge, weights[row, head], 0.0),
+        face=face,
+    )
+
+
+class _Pieces:
+    """What the fronts leave of the surface.
+
+    Attributes
+    ----------
+    count : int
+    vertex, of_node : (n,) int64
+        The vertices, those on a cut once for each of its sides, and the piece of each.
+    left, right : (M,) int64
+        The pieces beside the segment that begins at each mark.
+    beside : (3F,) int64
+        The piece inside each halfedge, at its tail.
+    euler : (count,) int64
+    """
+
+    def __init__(self, surface: SurfaceMesh, ground: Ground, marks: Marks, cells: Cells) -> None:
+        used = np.unique(np.concatenate([cells.face_piece, cells.cell_piece]))
+        used = used[used != NONE]
+        name = np.full(int(used.max()) + 2, NONE)
+        name[used] = np.arange(len(used))
+        self.count = len(used)
+        self.left, self.right = name[cells.left_piece], name[cells.right_piece]
+        self.beside: Ints = name[cells.edge_piece]
+        faces, self.vertex = part_vertices(surface) if surface.cuts else (surface.faces, np.arange(surface.n_vertices))
+        self.of_node = np.empty(len(self.vertex), np.int64)
+        self.of_node[faces.ravel()] = self.beside
+        # Cut into open cells: fronts themselves are closed curves and count for nothing.
+        # An edge gives the part at the tail of one of its halfedges, and one more beyond each mark.
+        one = np.flatnonzero(ground.twins < np.arange(len(ground.twins)))
+        split = np.flatnonzero(marks.halfedge != NONE)
+        forth = ground.twins[marks.halfedge[split]] < marks.halfedge[split]
+        beyond = np.where(forth, self.right[split], self.left[split])
+        edges = self._tally(self.beside[one]) + self._tally(beyond)
+        whole, parts = name[cells.face_piece[cells.face_piece != NONE]], name[cells.cell_piece]
+        self.euler: Ints = self._tally(self.of_node) - edges + self._tally(whole) + self._tally(parts)
+
+    def _tally(self, pieces: Ints) -> Ints:
+        return np.bincount(pieces, minlength=self.count)
+
+
+def _sides(
+    surface: SurfaceMesh, pieces: _Pieces, polylines: Polylines, n_origins: int
+) -> tuple[Ints, Ints, Bools, Bools]:
+    """For each side of each polyline: the polyline, the piece, whether it is its parent, whether on its left."""
+    left, right = halfedges_of_cuts(surface)
+    border = _first_halfedges(surface)
+    n_borders, n_cuts = len(surface.borders), len(surface.cuts)
+    first = polylines.offsets[n_origins:-1] - polylines.offsets[n_origins]
+    child = n_origins + np.arange(len(first))
+    polyline = np.concatenate([np.arange(n_origins), n_borders + np.arange(n_cuts), child, child])
+    piece = np.concatenate(
+        [pieces.beside[border], pieces.beside[left], pieces.beside[right], pieces.left[first], pieces.right[first]]
+    )
+    is_parent = np.arange(len(polyline)) < n_origins + n_cuts + len(child)
+    is_left = is_parent.copy()
+    is_left[n_origins : n_origins + n_cuts] = False
+    return polyline, piece, is_parent, is_left
+
+
+def _first_halfedges(surface: SurfaceMesh) -> Ints:
+    """The halfedge that leaves the first vertex of each border along it."""
+    border = np.flatnonzero(surface.twins == NO_TWIN)
+    at = np.full(surface.n_vertices, NONE)
+    at[halfedge_ends(surface.faces)[0][border]] = border
+    first: Ints = at[np.array([loop[0] for loop in surface.borders], np.int64)]
+    return first
+
+
+def _vertex_distances(
+    surface: SurfaceMesh,
+    polylines: Polylines,
+    generation: Ints,
+    pieces: _Pieces,
+    polyline: Ints,
+    piece: Ints,
+    is_parent: Bools,
+    spacing: float,
+) -> Floats:
+    """Distance from the borders at every vertex: that of the parents of its band, and straight on from the nearest."""
+    after = next_in_loop(polylines.offsets)
+    step = spacing / _SAMPLES_PER_SPACING
+    ragged = offsets_of(np.maximum(1, np.ceil(polylines.segment_lengths / step)))
+    row = rows_of(ragged)
+    part = ((np.arange(ragged[-1]) - ragged[row]) / np.diff(ragged)[row])[:, None]
+    samples = polylines.points[row] * (1 - part) + polylines.points[after[row]] * part
+    owner = polylines.owner[row]
+    far = 4.0 * surface.size
+    found = np.full(len(pieces.vertex), np.inf)
+    for second in (False, True):  # A polyline is the parent of one band, a cut of two.
+        side = np.full(len(polylines), NONE)
+        sides = np.flatnonzero(is_parent)[::-1] if second else np.flatnonzero(is_parent)
+        side[polyline[sides]] = piece[sides]
+        tree = cKDTree(np.c_[samples, far * side[owner]])
+        away, nearest = tree.query(np.c_[surface.vertices[pieces.vertex], far * pieces.of_node])
+        distance = generation[owner[nearest]] * spacing + away
+        found = np.minimum(found, np.where(away < far / 2, distance, np.inf))
+    least = np.full(surface.n_vertices, np.inf)
+    np.minimum.at(least, pieces.vertex, found)
+    on_origin = np.concatenate([*surface.borders, *surface.cuts])
+    least[on_origin] = 0.0
+    return least

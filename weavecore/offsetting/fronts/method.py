@@ -1,0 +1,67 @@
+"""The paper's own method: latitudes by offsetting one polyline after the other."""
+
+from __future__ import annotations
+
+from typing import Callable, Optional
+
+import numpy as np
+
+from weavecore.model.latitudes import Latitudes
+from weavecore.model.surface import SurfaceMesh
+from weavecore.offsetting.fronts.assembling import assemble
+from weavecore.offsetting.fronts.generations import STEPS_PER_SPACING, cover
+from weavecore.offsetting.fronts.ground import Ground
+from weavecore.offsetting.preparing import check_spacing, refine_for, refuse_closed
+from weavecore.offsetting.tracing import least_depth, refuse_too_many_points, too_large
+
+Progress = Optional[Callable[[float, str], None]]
+
+
+def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = None) -> Latitudes:
+    """Offset the borders and cuts of a surface inwards, step by step, until they fill it (Yan et al. 2016, §4).
+
+    Each polyline's vertices are moved by one spacing along the surface at right angles to it, and joined to
+    a child (§4.2).  Where children cross themselves or each other they are regrouped (§4.3, §4.4); what lies where
+    a front has passed is dropped, and a child without room before it is not offset again (§4.5).
+    No distance field is measured: `offset_levels` and this method share the walking over the
+    mesh, and nothing else that decides where a polyline lies.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        Every component has a border or a cut.
+    spacing : float
+        Distance from one polyline to the next along the surface, in the model's unit.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Latitudes
+        On the given surface, or on a finer mesh of it with the same borders and cuts where it
+        was too coarse for the spacing.
+
+    Raises
+    ------
+    Unsupported
+        When the spacing is not a positive number, or a component is closed and not cut.
+    SpacingTooLarge
+        When not one child has room inside the surface.
+    TooMuchWork
+        When the mesh that the spacing asks for would be too large, or the polylines on it.
+    """
+    spacing = check_spacing(spacing)
+    refuse_closed(surface)
+    fine = refine_for(surface, spacing)
+    # About so many vertices, and as many places where polylines go from face to face.
+    refuse_too_many_points(2.0 * STEPS_PER_SPACING * _area(fine) / spacing**2, spacing)
+    ground = Ground(fine)
+    generations = cover(ground, spacing=spacing / ground.scale, progress=progress)
+    if not generations:
+        raise too_large(spacing, least_depth(fine, np.zeros(1)))
+    return assemble(fine, ground, generations, spacing=spacing)
+
+
+def _area(surface: SurfaceMesh) -> float:
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)

@@ -1,0 +1,49 @@
+"""What both methods ask of a surface before they offset its borders."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from weavecore.errors import Unsupported
+from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.geometry.refinement import refine_faces
+from weavecore.model.surface import SurfaceMesh
+
+EDGES_PER_SPACING = 2.0
+"""The mesh is refined until every inner edge is at most this part of the spacing."""
+
+
+def check_spacing(spacing: float) -> float:
+    """The spacing as a float; raise `Unsupported` where it is no positive length."""
+    spacing = float(spacing)
+    if not (np.isfinite(spacing) and spacing > 0):
+        raise Unsupported(
+            f"A spacing of {spacing:g} is no distance", remedy="Give a positive length in the surface's unit."
+        )
+    return spacing
+
+
+def refuse_closed(surface: SurfaceMesh) -> None:
+    """Raise `Unsupported` where a component has neither a border nor a cut to start from."""
+    start = np.flatnonzero((surface.twins == NO_TWIN) | surface.is_cut) // 3
+    closed = ~np.isin(surface.component_of_face, surface.component_of_face[start])
+    if closed.any():
+        raise Unsupported(
+            "A closed component with no border to start from and no cut",
+            remedy="Cut it in two first, by a plane or by itself.",
+            ids=np.flatnonzero(closed).tolist(),
+            kind="face",
+        )
+
+
+def refine_for(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
+    """The surface with no edge too long for the spacing, but for its borders and cuts; itself if there is none."""
+    longest = spacing / EDGES_PER_SPACING
+    if surface.edge_lengths.max() <= longest:
+        return surface
+    refined = refine_faces(surface.vertices, surface.faces, longest=longest, protected=surface.is_cut)
+    if len(refined.faces) == surface.n_faces:
+        return surface
+    return replace(surface, vertices=refined.vertices, faces=refined.faces)
