@@ -1,7 +1,7 @@
 """Build the Grasshopper plugin: ``python ghpython_components/build.py -o FOLDER``.
 
-Writes a ``.ghuser`` file for each component and the package for Rhino's package manager.
-No Rhino is needed, and the same sources give the same bytes.
+Writes a ``.ghuser`` file for each component, the definition ``weave_workflow`` as ``.gh`` and ``.ghx``, and the
+package for Rhino's package manager.  No Rhino is needed, and the same sources give the same bytes.
 """
 
 from __future__ import annotations
@@ -11,21 +11,50 @@ import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+from grasshopper_files.archive import encode_archive
 from grasshopper_files.components import encode_user_object, read_components
+from grasshopper_files.definition import NAME, definition
+from grasshopper_files.package import encode_package
+from grasshopper_files.xml_archive import encode_xml
 
 HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+SAMPLE = ROOT / "sample_files" / "narrow_neck.3dm"
+"""The surface that the definition holds: the first of the paper's Figure 9."""
 
 
 def version() -> str:
     """The version of weavecore in this checkout."""
-    text = (HERE.parent / "pyproject.toml").read_text("utf-8")
+    text = (ROOT / "pyproject.toml").read_text("utf-8")
     return re.search(r'^version = "(.+)"$', text, re.MULTILINE)[1]  # type: ignore[index]
+
+
+def sample() -> Any:
+    """The rhino3dm mesh of the sample file."""
+    import rhino3dm
+
+    model = rhino3dm.File3dm.Read(str(SAMPLE))
+    if model is None:
+        raise FileNotFoundError(f"{SAMPLE} is missing or damaged: python sample_files/make.py writes it again")
+    return model.Objects[0].Geometry
 
 
 def build() -> dict[str, bytes]:
     """All files of the plugin by their names."""
-    return {f"{one.folder}.ghuser": encode_user_object(one) for one in read_components(HERE)}
+    components = read_components(HERE)
+    objects = {f"{one.folder}.ghuser": encode_user_object(one) for one in components}
+    workflow = definition({one.folder: one for one in components}, sample())
+    definitions = {f"{NAME}.gh": encode_archive(workflow), f"{NAME}.ghx": encode_xml(workflow)}
+    extras = {
+        f"misc/{NAME}.gh": definitions[f"{NAME}.gh"],
+        "misc/LICENSE": (ROOT / "LICENSE").read_bytes(),
+        "misc/README.md": (ROOT / "docs" / "grasshopper.md").read_bytes(),
+    }
+    icon = (HERE / "package_icon.png").read_bytes()
+    package = {f"weavecore-{version()}-rh8-any.yak": encode_package(version(), icon, {**objects, **extras})}
+    return {**objects, **definitions, **package}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

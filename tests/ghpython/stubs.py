@@ -61,6 +61,7 @@ class Component:
     inputs: Sequence[str]
     wired: Sequence[str] = ()
     InstanceGuid: str = "11111111-2222-3333-4444-555555555555"
+    file: str | None = None
     messages: list[tuple[str, str]] = field(default_factory=list)
     captions: list[str] = field(default_factory=list)
 
@@ -77,6 +78,9 @@ class Component:
     @Message.setter
     def Message(self, text: str) -> None:
         self.captions.append(text)
+
+    def OnPingDocument(self) -> Any:
+        return SimpleNamespace(FilePath=self.file)
 
     def AddRuntimeMessage(self, level: str, text: str) -> None:
         self.messages.append((level, text))

@@ -48,7 +48,7 @@ def read_geometry(
     if isinstance(geometry, SurfaceMesh):
         return geometry
     if isinstance(geometry, (str, os.PathLike)):
-        path = os.fspath(geometry).strip().strip('"')
+        path = run.folder / os.fspath(geometry).strip().strip('"')
         surface = pipeline.read_surface(
             path, layer=layer, object=name, edge_target=edge, cut_plane=cut_plane, progress=run.progress
         )

@@ -8,6 +8,7 @@ from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Callable, Optional
 
 from weavecore.canvas.digest import Indistinct, digest
@@ -55,10 +56,14 @@ class Run:
         Whether the user wants no more of it.
     tell : callable
         Shows a text under the component meanwhile.
+    folder : Path
+        Where files without a folder of their own belong: beside the definition, or in the user's home where that
+        has not been saved yet.
     """
 
     is_cancelled: Callable[[], bool]
     tell: Callable[[str], None]
+    folder: Path = field(default_factory=Path.home)
     caption: str = ""
     balloons: list[tuple[str, str]] = field(default_factory=list)
 
@@ -149,7 +154,7 @@ def solve(
 def _run(
     component: Any, compute: Compute, inputs: Mapping[str, Any], needs: Mapping[str, type], nothing: Outputs
 ) -> Outcome:
-    run = Run(_escape_pressed, lambda text: setattr(component, "Message", text))
+    run = Run(_escape_pressed, lambda text: setattr(component, "Message", text), _folder_of(component))
     failed = Outcome(nothing, is_kept=False)
     try:
         with warnings.catch_warnings(record=True) as caught:
@@ -190,6 +195,13 @@ def _show(component: Any, outcome: Outcome) -> None:
 
 def _is_wired(component: Any, name: str) -> bool:
     return any(name in (p.Name, p.NickName) and p.SourceCount > 0 for p in component.Params.Input)
+
+
+def _folder_of(component: Any) -> Path:
+    """The folder of the definition that the component is in."""
+    definition = component.OnPingDocument()
+    path = definition.FilePath if definition is not None else None
+    return Path(path).parent if path else Path.home()
 
 
 def _shelf(component: Any, sticky: MutableMapping[str, Any]) -> OrderedDict[str, Outcome]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 from weavecore import pipeline
@@ -35,13 +34,13 @@ def counts(**numbers: int) -> str:
 
 
 def write_value(run: Run, value: Any, path: str, *, overwrite: bool) -> str:
-    """Write a stage's result, and give the full path of the file.
+    """Write a stage's result, and give the full path of the file; see `Run.folder`.
 
     Raises
     ------
     Unsupported, OutputExists, NotWritten
     """
-    target = os.path.abspath(os.fspath(path).strip().strip('"'))  # noqa: PTH100 - links are kept as they are.
+    target = str(run.folder / path.strip().strip('"'))
     pipeline.export_together(value, [target], overwrite=overwrite, progress=run.progress)
     return target
 

@@ -344,6 +344,7 @@ namespace Grasshopper.Kernel
     public class GH_Document
     {
         public static bool EscapeKeyDown { get; set; }
+        public string FilePath { get; set; }
         public static bool IsEscapeKeyDown() { return EscapeKeyDown; }
     }
     public class Param { public string Name { get; set; } public string NickName { get; set; } public int SourceCount { get; set; } }
@@ -354,6 +355,7 @@ namespace Grasshopper.Kernel
         public string Message { get; set; }
         public ComponentParams Params { get; } = new ComponentParams();
         public List<string> Messages { get; } = new List<string>();
+        public GH_Document OnPingDocument() { return null; }
         public void AddRuntimeMessage(GH_RuntimeMessageLevel level, string text) { Messages.Add(level + ": " + text); }
     }
 }

@@ -1,0 +1,201 @@
+"""The definition ``weave_workflow``: a surface that it holds itself, and all components wired one after the other."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import date
+from typing import Any
+
+from grasshopper_files import canvas_objects as canvas
+from grasshopper_files.archive import (
+    BOOL,
+    COLOUR,
+    DATE,
+    GUID,
+    INT32,
+    POINT,
+    RECTANGLE_F,
+    SINGLE,
+    STRING,
+    VERSION,
+    Chunk,
+)
+from grasshopper_files.components import Component
+from grasshopper_files.internalised import archive_version, encode_geometry
+
+NAME = "weave_workflow"
+TITLE = "weavecore: surface, offset, link, strands, export. Move a slider; switch 'write' on to write the file."
+
+_TICKS = (date(2026, 1, 1) - date(1, 1, 1)).days * 24 * 3600 * 10**7
+"""The date of the file is fixed, so that the same sources give the same bytes."""
+
+_TOP, _GAP, _PAD, _LABEL = 100.0, 50.0, 34.0, 24.0
+_BETWEEN, _BELOW_WIRE = 44.0, 40.0
+_TINT = {"blue": (150, 170, 192, 222), "green": (150, 176, 214, 190), "amber": (150, 234, 206, 160)}
+
+
+@dataclass
+class _Stage:
+    """A group in the making: its component, what stands beside that, and where it stands.
+
+    ``place`` is "right" of the one before, "under" it, or the first of a "row".
+    """
+
+    label: str
+    folder: str
+    tint: str
+    wires: dict[str, uuid.UUID]
+    controls: list[Chunk] = field(default_factory=list)
+    place: str = "right"
+
+
+def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
+    """The tree of the definition.
+
+    Parameters
+    ----------
+    components : mapping
+        The components by the names of their folders.
+    geometry : rhino3dm.Mesh
+        The surface that is kept in it.
+    """
+    objects = [canvas.scribble("title", TITLE, (20.0, 20.0), 16.0)]
+    left, top, right, bottom = 20.0, _TOP, 20.0, _TOP
+    for stage in _stages(geometry):
+        if stage.place == "row":
+            left = 20.0
+        elif stage.place == "right":
+            left = right
+        if stage.place != "right":
+            top = bottom + _GAP + _LABEL + _PAD
+        made, right, bottom = _laid_out(stage, components[stage.folder], (left, top))
+        right += _GAP
+        objects += made
+    return _document(objects)
+
+
+def _stages(geometry: Any) -> list[_Stage]:
+    """The groups from left to right; the controls of each are placed when they are laid out."""
+    at, of, out = (0.0, 0.0), canvas.object_id, canvas.output_id
+    sample = canvas.mesh("sample", encode_geometry(geometry), archive_version(geometry), at)
+    patterns = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
+    materials = ("gfrp", "gfrp-short", "bamboo", "rattan", "steel-strip")
+    weave = out("Weave_Strands", "weave")
+    return [
+        _Stage(
+            "1 Surface",
+            "Weave_Surface",
+            "blue",
+            {"geometry": of("sample")},
+            [sample, canvas.panel("what it is", at, (200.0, 60.0), source=out("Weave_Surface", "notes"))],
+        ),
+        _Stage(
+            "2 Offset",
+            "Weave_Offset",
+            "blue",
+            {"surface": out("Weave_Surface", "surface"), "spacing": of("spacing")},
+            [canvas.slider("spacing", 30.0, 10.0, 100.0, 1, at)],
+        ),
+        _Stage(
+            "3 Link",
+            "Weave_Link",
+            "green",
+            {"latitudes": out("Weave_Offset", "latitudes"), "pattern": of("pattern")},
+            [canvas.value_list("pattern", patterns, at)],
+        ),
+        _Stage(
+            "4 Strands",
+            "Weave_Strands",
+            "amber",
+            {"lattice": out("Weave_Link", "lattice"), "diameter": of("diameter"), "material": of("material")},
+            [canvas.slider("diameter", 1.0, 0.2, 10.0, 1, at), canvas.value_list("material", materials, at)],
+            "row",
+        ),
+        _Stage(
+            "5 Export",
+            "Weave_Export",
+            "green",
+            {"value": weave, "path": of("path"), "write": of("write"), "overwrite": of("overwrite")},
+            [
+                canvas.panel("path", at, (170.0, 30.0), text="woven.3dm"),
+                canvas.toggle("write", False, at),
+                canvas.toggle("overwrite", False, at),
+                canvas.panel("report", at, (330.0, 150.0), source=out("Weave_Export", "report")),
+            ],
+        ),
+        _Stage(
+            "6 Measure",
+            "Weave_Measure",
+            "green",
+            {"value": weave},
+            [
+                canvas.panel("regular nodes", at, (160.0, 30.0), source=out("Weave_Measure", "regular")),
+                canvas.panel("least radius", at, (160.0, 30.0), source=out("Weave_Measure", "radius")),
+                canvas.panel("findings", at, (330.0, 76.0), source=out("Weave_Measure", "findings")),
+            ],
+            "under",
+        ),
+    ]
+
+
+def _laid_out(stage: _Stage, one: Component, corner: tuple[float, float]) -> tuple[list[Chunk], float, float]:
+    """The objects of a stage in their places with their group, and where they end on the right and below.
+
+    What feeds the component stands left of it, what it feeds right of it, both below the wire between stages.
+    """
+    left, top = corner[0] + _PAD / 2, corner[1]
+    feeding = [c for c in stage.controls if c.chunk("Container").get("SourceCount") == 0]
+    fed = [c for c in stage.controls if c not in feeding]
+    is_first = "geometry" in stage.wires
+    middle = _stack(feeding, left, top if is_first else top + _BELOW_WIRE)
+    component = canvas.component(one, (middle, top), stage.wires)
+    right = middle + canvas.size_of(one)[0]
+    if fed:
+        right = _stack(fed, right + _BETWEEN, top + _BELOW_WIRE) - _BETWEEN
+    objects = [component, *feeding, *fed]
+    members = [chunk.chunk("Container").get("InstanceGuid") for chunk in objects]
+    bottom = max(y + height for _, y, _, height in map(_bounds, objects))
+    return [*objects, canvas.group(stage.label, members, _TINT[stage.tint])], right, bottom
+
+
+def _stack(controls: list[Chunk], x: float, y: float) -> float:
+    """Place controls under one another, and tell where what is right of them begins."""
+    for control in controls:
+        _move(control, x, y)
+        y += _bounds(control)[3] + 14.0
+    return x + max((_bounds(control)[2] + _BETWEEN for control in controls), default=0.0)
+
+
+def _bounds(chunk: Chunk) -> tuple[float, float, float, float]:
+    bounds: tuple[float, float, float, float] = chunk.chunk("Container").chunk("Attributes").get("Bounds")
+    return bounds
+
+
+def _move(chunk: Chunk, x: float, y: float) -> None:
+    attributes = chunk.chunk("Container").chunk("Attributes")
+    *_, width, height = attributes.get("Bounds")
+    attributes.items = [item for item in attributes.items if item.name not in ("Bounds", "Pivot")]
+    attributes.put(RECTANGLE_F, Bounds=(x, y, width, height)).put(canvas.POINT_F, Pivot=(x, y))
+
+
+def _document(objects: list[Chunk]) -> Chunk:
+    """The objects with all that a file has about them."""
+    root = Chunk("Root").put(VERSION, ArchiveVersion=(0, 2, 2))
+    body = root.add("Definition").put(VERSION, plugin_version=(1, 0, 8))
+    header = body.add("DocumentHeader").put(GUID, DocumentID=canvas.object_id(NAME)).put(STRING, Preview="Shaded")
+    header.put(INT32, PreviewMeshType=1)
+    header.put(COLOUR, PreviewNormal=(100, 40, 72, 146), PreviewSelected=(100, 201, 122, 43))
+    properties = body.add("DefinitionProperties").put(DATE, Date=_TICKS).put(BOOL, KeepOpen=False)
+    properties.put(STRING, Description=TITLE, Name=f"{NAME}.gh")
+    properties.add("Revisions").put(INT32, RevisionCount=0)
+    properties.add("Projection").put(POINT, Target=(0, 0)).put(SINGLE, Zoom=0.5)
+    properties.add("Views").put(INT32, ViewCount=0)
+    body.add("RcpLayout").put(INT32, GroupCount=0)
+    body.add("GHALibraries").put(INT32, Count=0)
+    holder = body.add("DefinitionObjects").put(INT32, ObjectCount=len(objects))
+    for i, chunk in enumerate(objects):
+        chunk.index = i
+    holder.chunks = objects
+    return root
