@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from weavecore.pipeline import (
         draw_picture,
         export,
+        fabricate,
         inspect_file,
         link,
         offset,
@@ -47,6 +48,7 @@ __all__ = [
     "__version__",
     "draw_picture",
     "export",
+    "fabricate",
     "inspect_file",
     "link",
     "offset",
@@ -69,12 +71,9 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name == "__version__":
-        from importlib.metadata import PackageNotFoundError, version
+        from weavecore.version import installed_version
 
-        try:
-            return version("weavecore")
-        except PackageNotFoundError:  # Used from its source, never installed.
-            return "0+unknown"
+        return installed_version()
     from importlib import import_module
 
     home = next((module for module, names in _HOMES.items() if name in names), "weavecore.pipeline")

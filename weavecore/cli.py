@@ -14,6 +14,7 @@ from typing import Annotated, NoReturn, Optional
 
 import typer
 
+from weavecore.commands.fabricate import fabricate
 from weavecore.commands.info import info
 from weavecore.commands.mesh import mesh
 from weavecore.commands.view import view
@@ -63,7 +64,7 @@ def _weavecore(
 ) -> None: ...
 
 
-for _command in (weave, info, mesh, view):
+for _command in (weave, fabricate, info, mesh, view):
     app.command()(_command)
 
 

@@ -2,7 +2,8 @@
 
 A *target* is the path that a user named.  Its *draft* is a file beside it, which takes the
 target's place in one step once it has been read back and found equal.  Whatever goes wrong
-before that step, what was at the target is whole and no draft stays behind.
+before that step, what was at the target is whole and no draft stays behind.  A folder that is
+written whole is drafted in the same way.
 """
 
 from __future__ import annotations
@@ -86,6 +87,98 @@ def write_together(contents: Mapping[PathLike, bytes], *, overwrite: bool = Fals
         for draft, _ in drafts:
             with contextlib.suppress(OSError):
                 draft.unlink()
+
+
+def check_folder(path: PathLike, names: Iterable[str], *, overwrite: bool = False) -> None:
+    """Raise what `write_folder` would raise before its first byte, without writing.
+
+    Raises
+    ------
+    OutputExists
+        Where the folder is there already, with files in it, and ``overwrite`` is False.
+    NotWritten
+        Where the folder above is missing, the path is a file, or the folder that would be replaced holds
+        something that is not among ``names``.
+    """
+    target = _resolved(path)
+    with _told_as_not_written(path):
+        if not target.exists():
+            if not target.parent.is_dir():
+                raise NotWritten(
+                    f"The folder {Path(path).parent} does not exist", remedy="Make the folder first, or name another."
+                )
+            return
+        if not target.is_dir():
+            raise NotWritten(f"{path} is no folder", remedy="Give the path of a folder.")
+        strangers = sorted({one.name for one in target.iterdir()} - set(names))
+        if strangers:
+            raise NotWritten(
+                f"The folder {path} holds other things, which would be lost",
+                remedy="Name a folder of its own for the output.",
+                ids=strangers,
+                kind="file",
+            )
+        if not overwrite and any(target.iterdir()):
+            remedy = "Choose another name, or overwrite it: --overwrite, overwrite=True."
+            raise OutputExists(f"{path} exists already", remedy=remedy)
+
+
+def write_folder(
+    path: PathLike, contents: Mapping[str, bytes], *, names: Iterable[str] = (), overwrite: bool = False
+) -> None:
+    """Write a folder of files, which appears with all of them or not at all.
+
+    Parameters
+    ----------
+    path : path
+    contents : mapping of file name to bytes
+    names : iterable of str
+        Files that an earlier folder may hold besides, and that are lost when it is replaced.
+    overwrite : bool
+        Whether a folder that is there already is replaced.
+
+    Raises
+    ------
+    OutputExists, NotWritten
+    """
+    known = {*contents, *names}
+    check_folder(path, known, overwrite=overwrite)
+    target = _resolved(path)
+    drafts: list[Path] = []
+    with _told_as_not_written(path):
+        try:
+            drafts.append(_make_draft_folder(target))
+            for name, content in contents.items():
+                _fill(drafts[0] / name, content)
+            check_folder(path, known, overwrite=overwrite)
+            if target.exists():
+                shutil.copymode(target, drafts[0])
+                drafts.append(_make_draft_folder(target))
+                _exchange(drafts[0], target, drafts[1] / "before")
+            else:
+                drafts[0].rename(target)
+        finally:
+            for draft in drafts:
+                shutil.rmtree(draft, ignore_errors=True)
+
+
+def _exchange(draft: Path, target: Path, aside: Path) -> None:
+    """Put the draft in the place of the target; what was there is back where that fails."""
+    target.rename(aside)
+    try:
+        draft.rename(target)
+    except BaseException:
+        aside.rename(target)
+        raise
+
+
+def _make_draft_folder(target: Path) -> Path:
+    for attempt in range(1000):
+        draft = target.parent / f".weavecore-{os.getpid()}-{attempt}.part"
+        with contextlib.suppress(FileExistsError):
+            draft.mkdir()
+            return draft
+    raise FileExistsError(errno.EEXIST, "Too many drafts lie in the folder", str(target.parent))
 
 
 def _resolved(path: PathLike) -> Path:

@@ -9,12 +9,19 @@ from typing import Any, Callable, Optional, Union
 from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
-from weavecore.files import PathLike, check_targets, write_together, write_whole
+from weavecore.fabricating.fabricate import NAMES, check_libraries, fabricate_weave
+from weavecore.fabricating.summary import Fabrication, describe_fabrication
+from weavecore.fabricating.table import Source
+from weavecore.fabricating.workshop import Workshop
+from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.derived import link_pattern
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
+from weavecore.offsetting.fronts.method import offset_fronts
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
 from weavecore.reading import inspect_file, read_result, read_surface, surface_from
+from weavecore.reading.result_file import read_weave
+from weavecore.units import millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.document import encode_page
 from weavecore.viewing.picture import encode_picture
@@ -24,8 +31,11 @@ from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice
 
 __all__ = [
+    "Workshop",
+    "describe_fabrication",
     "draw_picture",
     "export",
+    "fabricate",
     "inspect_file",
     "link",
     "offset",
@@ -41,8 +51,9 @@ __all__ = [
 Progress = Callable[[float, str], None]
 """Called with what is done, from 0 to 1, and a label; raising in it cancels the work."""
 
-METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels}
+METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels, "fronts": offset_fronts}
 PICTURE, PAGE = ".png", ".html"
+WOVEN = "woven.3dm"
 
 
 def offset(
@@ -61,7 +72,8 @@ def offset(
         Distance from one polyline to the next along the surface, in the model's unit; see
         `suggest_spacing` for what is taken where it is not given.
     method : str
-        ``"levels"``: level sets of the distance from the borders.
+        ``"levels"``: level sets of the distance from the borders; ``"fronts"``: polylines moved step by
+        step, as in the paper.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -247,6 +259,67 @@ def draw_picture(
         raise Unsupported(f"{path} has no ending of a picture", remedy=f"End the name with {PICTURE}.")
     check_targets([path], overwrite=overwrite)
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
+
+
+def fabricate(
+    result: Union[Weave, PathLike],
+    folder: PathLike,
+    *,
+    workshop: Optional[Workshop] = None,
+    unit: Optional[str] = None,
+    overwrite: bool = False,
+    progress: Optional[Progress] = None,
+) -> Fabrication:
+    """Write the folder that a workshop builds a weave from, whole or not at all (Yan et al. 2016, §6).
+
+    Tables of rods, pieces, marks and joints, templates, a sequence, a bill of materials and a report, in millimetres;
+    see docs/fabrication.md.
+
+    Parameters
+    ----------
+    result : Weave or path
+        A weave, or a JSON result that has one.
+    folder : path
+    workshop : Workshop, optional
+        Length of the stock, kind of splices and such.
+    unit : str, optional
+        Unit of the result where it says none: ``"mm"``, ``"m"``, ``"in"``…
+    overwrite : bool
+        Whether a folder of the same kind that is there already is replaced.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Fabrication
+        The files, and what was found when they were checked.
+
+    Raises
+    ------
+    Unsupported, OutputExists, NotWritten, and what `read_result` raises
+    """
+    tell = progress or (lambda _fraction, _label: None)
+    shop = workshop or Workshop()
+    names = [*NAMES, WOVEN]
+    check_folder(folder, names, overwrite=overwrite)
+    check_libraries(shop)
+    tell(0.0, "reading")
+    weave, content = (result, encode(result, ".json")) if isinstance(result, Weave) else read_weave(result)
+    scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
+    source = Source.of(weave, content)
+    made = fabricate_weave(
+        weave,
+        find_sequence(weave),
+        scale=scale,
+        workshop=shop,
+        source=source,
+        progress=lambda done, label: tell(0.8 * done, label),
+    )
+    tell(0.8, f"writing {WOVEN}")
+    stated = {"weavecore": source.version, "input_sha256": source.sha256}
+    files = {**made.files, WOVEN: encode(weave, WOVEN, parameters=stated)}
+    write_folder(folder, files, names=names, overwrite=overwrite)
+    return Fabrication(files, made.findings)
 
 
 def describe(value: StageValue) -> list[tuple[str, str]]:

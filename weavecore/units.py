@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Optional
 
 from weavecore.errors import Unsupported
 
@@ -85,6 +86,35 @@ class Length:
             )
         # One rounding less than by way of metres: 120 mm in Meters is 0.12 to the last bit.
         return self.value / (METRES[unit] / METRES[self.unit])
+
+
+def millimetres_in(unit: str, told: Optional[str] = None) -> float:
+    """Millimetres in one of the units that a file states, or, where it states none, in the one that is told.
+
+    Parameters
+    ----------
+    unit : str
+        Rhino's name.
+    told : str, optional
+        A suffix such as ``mm``, or Rhino's name.
+
+    Raises
+    ------
+    Unsupported
+        Where neither is known, or they contradict each other.
+    """
+    name = SUFFIXES.get(told, told) if told else None
+    if name is not None and name not in METRES:
+        raise Unsupported(f"There is no unit {told!r}", remedy=f"Take one of: {', '.join(SUFFIXES)}.")
+    if unit in METRES and name not in (None, unit):
+        raise Unsupported(f"The result is in {unit}, not in {name}", remedy="Leave the unit away.")
+    chosen = unit if unit in METRES else name
+    if chosen is None:
+        raise Unsupported(
+            "The result states no unit, and rods are cut in millimetres",
+            remedy="Say which it is: --unit mm, unit='mm'.",
+        )
+    return METRES[chosen] / METRES["Millimeters"]
 
 
 def parse_length(text: str) -> Length:

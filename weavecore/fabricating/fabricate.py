@@ -14,16 +14,21 @@ from weavecore.fabricating.nesting import nest_pieces
 from weavecore.fabricating.pdf import encode_pdf
 from weavecore.fabricating.pieces import Piece, cut_rods
 from weavecore.fabricating.plan import RodPlan, plan_rods
-from weavecore.fabricating.reporting import encode_report
+from weavecore.fabricating.reporting import check_files, encode_report
 from weavecore.fabricating.sheets import draw_pages, draw_roll, to_corner
+from weavecore.fabricating.summary import Fabrication
 from weavecore.fabricating.svg import encode_svg
 from weavecore.fabricating.table import Source
 from weavecore.fabricating.templates import strips_of
 from weavecore.fabricating.ties import find_ties
-from weavecore.fabricating.workshop import DXF, PDF, SVG, Workshop
+from weavecore.fabricating.workshop import DXF, PDF, SVG, TEMPLATES, Workshop
 from weavecore.model import BuildSequence, Weave
 
 Progress = Callable[[float, str], None]
+
+TABLES = ("rods", "pieces", "splices", "nesting", "marks", "joints", "axes", "sequence", "bom", "report")
+NAMES = (*(f"{table}.csv" for table in TABLES), *(f"templates.{ending}" for ending in TEMPLATES), "report.txt")
+"""All files that are made here."""
 
 _LIBRARIES = {DXF: "ezdxf", PDF: "reportlab"}
 
@@ -48,8 +53,8 @@ def fabricate_weave(
     workshop: Workshop,
     source: Source,
     progress: Optional[Progress] = None,
-) -> dict[str, bytes]:
-    """Make all files of the folder but the .3dm: their names and contents.
+) -> Fabrication:
+    """Make all files of the folder but the .3dm.
 
     Parameters
     ----------
@@ -93,9 +98,9 @@ def fabricate_weave(
     tell(0.4, "drawing the templates")
     files.update(_templates(plan, pieces, marks, workshop, source))
     tell(0.8, "checking what was written")
-    files.update(encode_report(files, source))
+    findings = check_files(files)
     tell(1.0, "checked")
-    return files
+    return Fabrication({**files, **encode_report(findings, source)}, tuple(findings))
 
 
 def _templates(

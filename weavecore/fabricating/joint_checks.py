@@ -131,7 +131,7 @@ class _Segments:
         one, other = near[self.rod[near] == rods[0]], near[self.rod[near] == rods[1]]
         i, j = (grid.ravel() for grid in np.meshgrid(one, other, indexing="ij"))
         if rods[0] == rods[1]:
-            apart = self._apart(i, j) > 0
+            apart = self._apart(i, j) > reach
             i, j = i[apart], j[apart]
         distance, _ = segment_distances(self.a[i], self.b[i], self.a[j], self.b[j])
         return float(distance.min(initial=np.inf))

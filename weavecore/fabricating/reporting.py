@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from weavecore.fabricating import joint_checks, rod_checks
 from weavecore.fabricating.conflict_checks import check_conflicts
@@ -34,15 +34,14 @@ def check_files(files: Mapping[str, bytes]) -> list[Finding]:
     return [finding for check in CHECKS for finding in check(folder)]
 
 
-def encode_report(files: Mapping[str, bytes], source: Source) -> dict[str, bytes]:
+def encode_report(findings: Sequence[Finding], source: Source) -> dict[str, bytes]:
     """The report as a table, and as a text to read."""
-    findings = check_files(files)
     rows = [(f.invariant, _figure(f.value), _figure(f.limit), yes_no(f.passes), listed(f.ids)) for f in findings]
     table = Table("report", ("invariant", "value", "limit", "pass", "ids"), rows)
     return {"report.csv": table.encode(source), "report.txt": _text(findings, source).encode()}
 
 
-def _text(findings: list[Finding], source: Source) -> str:
+def _text(findings: Sequence[Finding], source: Source) -> str:
     failing = [finding for finding in findings if not finding.passes]
     width = max(len(finding.invariant) for finding in findings)
     verdict = f"{len(failing)} of {len(findings)} do not hold" if failing else f"all {len(findings)} hold"

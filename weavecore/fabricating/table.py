@@ -11,6 +11,10 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
+
+from weavecore.model import Weave
+from weavecore.version import installed_version
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,11 @@ class Source:
     sha256: str
     weave: str
     pattern: str
+
+    @classmethod
+    def of(cls, weave: Weave, content: bytes) -> Source:
+        """The statement on a weave that was read from, or would be written as, a file with this content."""
+        return cls(installed_version(), sha256(content).hexdigest(), weave.over_under, weave.lattice.pattern)
 
     def line(self, name: str) -> str:
         """The statement of one file."""

@@ -44,13 +44,24 @@ def read_result(path: PathLike) -> Result:
         Where it is no result of weavecore, or of a later version.
     BadIndex, NonFinite, Degenerate, NonManifold
     """
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise Unreadable(
-            f"{path} could not be read: {error.strerror or error}", remedy="Look at the name and at the file's rights."
-        ) from error
-    return decode_result(data)
+    return decode_result(_read_bytes(path))
+
+
+def read_weave(path: PathLike) -> tuple[Weave, bytes]:
+    """Read a JSON result that has a weave, and give the bytes of the file with it.
+
+    Raises
+    ------
+    Unsupported
+        Where the file has no weave; else as `read_result`.
+    """
+    content = _read_bytes(path)
+    weave = decode_result(content)
+    if not isinstance(weave, Weave):
+        raise Unsupported(
+            f"{path} has no rods", remedy="Give what `weavecore weave INPUT --json RESULT.json` wrote, with a weave."
+        )
+    return weave, content
 
 
 def decode_result(data: bytes) -> Result:
@@ -170,3 +181,12 @@ def _lattice(document: ResultPart, latitudes: Latitudes) -> Lattice:
 
 def _positive(document: ResultPart, key: str) -> float:
     return document.part("parameters").number(key, least=float(np.finfo(float).tiny))
+
+
+def _read_bytes(path: PathLike) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise Unreadable(
+            f"{path} could not be read: {error.strerror or error}", remedy="Look at the name and at the file's rights."
+        ) from error

@@ -1,0 +1,61 @@
+"""``weavecore fabricate``: the folder that a workshop builds a weave from."""
+# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from weavecore.commands.arguments import Quiet, length
+from weavecore.units import Length
+from weavecore.viewing.terminal import progress_bar, show_lines
+
+_MM = "Millimeters"
+
+
+def fabricate(
+    result: Annotated[Path, typer.Argument(metavar="RESULT.json", help="What weavecore weave --json wrote.")],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="The folder to be made.")],
+    stock: Annotated[
+        Length, typer.Option(parser=length, metavar="LENGTH", help="Length of the bars: 6m, 12m, 6000…")
+    ] = "6m",  # type: ignore[assignment]
+    splice: Annotated[
+        str, typer.Option(metavar="KIND", help="How long rods and rings are joined: overlap or sleeve.")
+    ] = "overlap",
+    overhang: Annotated[
+        Optional[Length],
+        typer.Option(parser=length, metavar="LENGTH", help="How far free ends stand out beyond their last joint."),
+    ] = None,
+    kerf: Annotated[
+        Optional[Length], typer.Option(parser=length, metavar="LENGTH", help="What the saw takes for each cut.")
+    ] = None,
+    templates: Annotated[
+        str, typer.Option(metavar="KINDS", help="Templates to draw: dxf, svg and pdf with commas between, or none.")
+    ] = "dxf,svg,pdf",
+    paper: Annotated[str, typer.Option(metavar="SIZE", help="Paper of the PDF: A4, A3, A2, A1 or A0.")] = "A3",
+    unit: Annotated[
+        Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a folder that is there already.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write tables, templates, a sequence and a bill of materials to build a weave from.
+
+    All lengths are millimetres, here and in the folder, unless a unit is written after them.
+    """
+    with progress_bar(quiet=quiet) as tell:
+        from weavecore import pipeline
+
+        kinds = () if templates == "none" else tuple(kind.strip().lower() for kind in templates.split(","))
+        workshop = pipeline.Workshop(
+            stock=stock.in_unit(_MM),
+            splice=splice,
+            overhang=overhang.in_unit(_MM) if overhang else 0.0,
+            kerf=kerf.in_unit(_MM) if kerf else 0.0,
+            templates=kinds,
+            paper=paper.upper(),
+        )
+        made = pipeline.fabricate(result, out, workshop=workshop, unit=unit, overwrite=overwrite, progress=tell)
+        lines = pipeline.describe_fabrication(made)
+    if not quiet:
+        show_lines([*lines, ("written", f"{out}, {len(made.files)} files")])
