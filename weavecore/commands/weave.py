@@ -78,7 +78,7 @@ def weave(
     object_name: ObjectNames = None,
     edge_target: EdgeTarget = None,
     time_limit: TimeLimit = None,
-    method: Annotated[str, typer.Option(metavar="NAME", callback=known_method, help="levels.")] = "levels",
+    method: Annotated[str, typer.Option(metavar="NAME", callback=known_method, help="levels or fronts.")] = "levels",
     cut_plane: CutPlane = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
