@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from weavecore.fabricating.drawing import SCALE, Drawing
+from weavecore.fabricating.drawing import RIGHT, SCALE, Drawing
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.templates import NAME_WIDTH, ROW, Strip, draw_scale, draw_strip, sections_of
 from weavecore.fabricating.workshop import PAPERS
 
-_MARGIN, _FOOT = 12.0, 14.0
-_NOTE = 2.4
-_ROUND = 50.0
+_MARGIN, _FOOT = 9.0, 20.0
+_NOTE = 2.6
+_ROUND = 20.0
 """Sections of pieces are of round lengths."""
 
 
@@ -43,25 +43,35 @@ def to_corner(sheet: Sheet) -> Sheet:
 
 
 def draw_pages(plan: RodPlan, strips: Sequence[Strip], statement: str, paper: str) -> list[Sheet]:
-    """The pieces in sections on pages, each with a scale bar; a page at least."""
+    """The pieces on pages, long ones in sections and short ones beside each other; each page with a scale bar."""
     width, height = PAPERS[paper]
-    longest = (width - 2 * (NAME_WIDTH + _MARGIN)) // _ROUND * _ROUND
-    per_page = int((height - 2 * _MARGIN - _FOOT) // ROW)
-    sections = [section for strip in strips for section in sections_of(strip, longest)]
+    rows = _fill_rows(strips, width - 2 * _MARGIN)
+    per_page = int((height - _MARGIN - _FOOT) // ROW)
     pages = []
-    count = max(1, -(-len(sections) // per_page))
+    count = max(1, -(-len(rows) // per_page))
     for number in range(count):
         drawing = Drawing()
-        for k, section in enumerate(sections[number * per_page : (number + 1) * per_page]):
-            draw_strip(drawing, plan, section, NAME_WIDTH + _MARGIN, height - _MARGIN - ROW * (k + 0.5))
-        draw_scale(drawing, NAME_WIDTH + _MARGIN, _MARGIN, statement)
-        drawing.text(
-            width - _MARGIN,
-            height - _MARGIN,
-            f"page {number + 1} of {count}, print at 100 %",
-            _NOTE,
-            SCALE,
-            anchor="right",
-        )
+        for k, row in enumerate(rows[number * per_page : (number + 1) * per_page]):
+            for x, section in row:
+                draw_strip(drawing, plan, section, _MARGIN + x, height - _MARGIN - ROW * (k + 0.5))
+        draw_scale(drawing, NAME_WIDTH + _MARGIN, _MARGIN + 3.0, statement)
+        note = f"page {number + 1} of {count}, print at 100 %"
+        drawing.text(width - _MARGIN, _MARGIN - _NOTE, note, _NOTE, SCALE, anchor=RIGHT)
         pages.append(Sheet(drawing, width, height))
     return pages
+
+
+def _fill_rows(strips: Sequence[Strip], width: float) -> list[list[tuple[float, Strip]]]:
+    """Sections in their order, each with the x of its left end, in rows of a width."""
+    longest = (width - 2 * NAME_WIDTH) // _ROUND * _ROUND
+    rows: list[list[tuple[float, Strip]]] = []
+    reached = width
+    for strip in strips:
+        for section in sections_of(strip, longest):
+            need = section.high - section.low + 2 * NAME_WIDTH
+            if reached + need > width:
+                rows.append([])
+                reached = 0.0
+            rows[-1].append((reached + NAME_WIDTH, section))
+            reached += need
+    return rows

@@ -1,17 +1,18 @@
 """Templates: pieces drawn straight, 1:1, with a tick at every mark.
 
 A rod is laid on its outline.  Above a tick stands what crosses there, ``over A12`` where the rod runs over A12, and
-below it the distance from the start of the piece in millimetres; with the rod's start at the left, the text is read
-from outside of the surface.  Texts that would lie on each other are moved aside, with a line to their tick.
+below it the distance from the start of the piece in millimetres; the rod is seen from outside of the surface.  Texts that would lie on each other are moved aside, with a line to their tick.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Optional
 
 from weavecore.fabricating.drawing import (
     LABELS,
+    LEFT,
     MIDDLE,
     NAMES,
     RIGHT,
@@ -22,7 +23,7 @@ from weavecore.fabricating.drawing import (
     Drawing,
 )
 from weavecore.fabricating.marks import OVER, UNDER, Mark
-from weavecore.fabricating.pieces import Piece
+from weavecore.fabricating.pieces import Piece, Splice
 from weavecore.fabricating.plan import RodPlan
 
 ROW = 42.0
@@ -30,11 +31,11 @@ ROW = 42.0
 
 SCALE_BAR = 100.0
 
-_TICK, _LEADER, _NAME, _SMALL = 4.0, 3.0, 4.2, 2.4
-_LINE = 3.2
+_TICK, _SHORT_TICK, _LEADER, _NAME, _SMALL = 4.0, 2.0, 2.5, 4.2, 2.6
+_LINE = 3.6
 """From one turned line of text to the next."""
 
-NAME_WIDTH = 26.0
+NAME_WIDTH = 28.0
 """Room for the name of a piece at each of its ends."""
 
 
@@ -100,18 +101,27 @@ def draw_scale(drawing: Drawing, x: float, y: float, statement: str) -> None:
         drawing.line(x + 10 * k, y, x + 10 * k, y + (3.0 if k % 5 == 0 else 1.8), SCALE)
     drawing.text(x, y - 3.6, "0", _SMALL, SCALE, anchor=MIDDLE)
     drawing.text(x + SCALE_BAR, y - 3.6, "100 mm", _SMALL, SCALE, anchor=MIDDLE)
-    drawing.text(x + SCALE_BAR + 12, y, statement, _SMALL, SCALE)
+    for k, line in enumerate(statement.split("; input ")):
+        drawing.text(x + SCALE_BAR + 12, y - _LINE * k, f"input {line}" if k else line, _SMALL, SCALE)
 
 
 def _draw_names(
     drawing: Drawing, strip: Strip, x: float, right: float, y: float, is_first: bool, is_last: bool
 ) -> None:
-    name, length = strip.piece.id, strip.piece.cut_length
-    left_note = "start" if is_first else f"from {strip.low:.0f}"
-    right_note = f"end, cut {length:.1f}" if is_last else f"goes on at {strip.high:.0f}"
-    for at, note, anchor, aside in ((x, left_note, RIGHT, -3.0), (right, right_note, "left", 3.0)):
-        drawing.text(at + aside, y + 0.6, name, _NAME, NAMES, anchor=anchor, bold=True)
-        drawing.text(at + aside, y - 3.6, note, _SMALL, NAMES, anchor=anchor)
+    piece = strip.piece
+    start = ["start", *_splice_note(piece.splice_start)] if is_first else [f"from {strip.low:.0f}"]
+    end = [f"end, cut {piece.cut_length:.1f}", *_splice_note(piece.splice_end)]
+    if not is_last:
+        end = [f"goes on at {strip.high:.0f}"]
+    for at, notes, anchor, aside in ((x, start, RIGHT, -3.0), (right, end, LEFT, 3.0)):
+        drawing.text(at + aside, y + 0.8, piece.id, _NAME, NAMES, anchor=anchor, bold=True)
+        for k, note in enumerate(notes):
+            layer = SPLICES if k else NAMES
+            drawing.text(at + aside, y - 3.4 - _LINE * k, note, _SMALL, layer, anchor=anchor)
+
+
+def _splice_note(splice: Optional[Splice]) -> list[str]:
+    return [f"{splice.kind} {splice.id}"] if splice else []
 
 
 def _draw_splices(drawing: Drawing, strip: Strip, shift: float, y: float, half: float) -> None:
@@ -122,31 +132,29 @@ def _draw_splices(drawing: Drawing, strip: Strip, shift: float, y: float, half: 
             continue
         low, high = (end, end + splice.reach) if is_start else (end - splice.reach, end)
         a, b = max(low, strip.low) + shift, min(high, strip.high) + shift
-        if a >= b:
-            continue
-        at = y - half - 1.0
-        drawing.line(a, at, b, at, SPLICES, width=0.5)
-        drawing.text((a + b) / 2, at - _TICK - 13.5, f"splice {splice.id}", _SMALL, SPLICES, anchor=MIDDLE)
+        if a < b:
+            drawing.line(a, y - half - 1.0, b, y - half - 1.0, SPLICES, width=0.5)
 
 
 def _draw_ticks(drawing: Drawing, plan: RodPlan, strip: Strip, shift: float, y: float) -> None:
-    rows = [_labels(plan, mark) for mark in strip.marks]
-    ticks = [mark.at + shift for mark in strip.marks]
-    places = spread(ticks, [_LINE * len(row) for row in rows], low=strip.low + shift, high=strip.high + shift)
-    for mark, tick, place, row in zip(strip.marks, ticks, places, rows):
-        drawing.line(tick, y - _TICK, tick, y + _TICK, TICKS, width=0.25)
-        drawing.line(tick, y + _TICK, place, y + _TICK + _LEADER, LABELS)
-        drawing.line(tick, y - _TICK, place, y - _TICK - _LEADER, LABELS)
-        first = place - _LINE * (len(row) - 1) / 2 + _SMALL / 2 - 0.2
-        for k, text in enumerate(row):
-            drawing.text(first + k * _LINE, y + _TICK + _LEADER + 0.8, text, _SMALL, LABELS, turned=True)
+    for mark in strip.marks:
+        reach = _TICK if mark.crossings else _SHORT_TICK
+        drawing.line(mark.at + shift, y - reach, mark.at + shift, y + reach, TICKS, width=0.25)
+    # A node that a rod passes alone asks nothing of the workshop: a short tick without words.
+    marks = [mark for mark in strip.marks if mark.crossings]
+    ticks = [mark.at + shift for mark in marks]
+    widths = [_LINE * len(mark.crossings) for mark in marks]
+    places = spread(ticks, widths, low=strip.low + shift, high=strip.high + shift)
+    for mark, tick, place in zip(marks, ticks, places):
+        above, below = y + _TICK + _LEADER, y - _TICK - _LEADER
+        drawing.line(tick, y + _TICK, place, above, LABELS)
+        drawing.line(tick, y - _TICK, place, below, LABELS)
+        first = place - _LINE * (len(mark.crossings) - 1) / 2 + _SMALL / 2 - 0.2
+        for k, other in enumerate(mark.crossings):
+            text = f"{OVER if other.is_over else UNDER} {plan.ids[other.rod]}"
+            drawing.text(first + k * _LINE, above + 0.8, text, _SMALL, LABELS, turned=True, bold=other.is_over)
         at = f"{mark.at:.1f}"
-        below = place + _SMALL / 2 - 0.2
-        drawing.text(below, y - _TICK - _LEADER - 0.8, at, _SMALL, LABELS, turned=True, anchor=RIGHT)
-
-
-def _labels(plan: RodPlan, mark: Mark) -> list[str]:
-    return [f"{OVER if other.is_over else UNDER} {plan.ids[other.rod]}" for other in mark.crossings] or ["node"]
+        drawing.text(place + _SMALL / 2 - 0.2, below - 0.8, at, _SMALL, LABELS, turned=True, anchor=RIGHT)
 
 
 def spread(wanted: Sequence[float], widths: Sequence[float], *, low: float, high: float) -> list[float]:
