@@ -1,27 +1,44 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from ghpython.stubs import Canvas, install, run_component
+from ghpython.stubs import Canvas, Ran, install, run_component
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
 
 
+@pytest.fixture(scope="module")
+def _stubbed() -> Iterator[Canvas]:
+    canvas = Canvas()
+    with pytest.MonkeyPatch.context() as patch:
+        install(canvas, patch.setitem)
+        yield canvas
+
+
+@pytest.fixture(scope="module")
+def stages(_stubbed: Canvas, dome: str) -> dict[str, Ran]:
+    """All components one after the other, on real input."""
+    surface = run_component("Weave_Surface", geometry=dome)
+    offset = run_component("Weave_Offset", surface=surface["surface"], spacing=50.0)
+    link = run_component("Weave_Link", latitudes=offset["latitudes"])
+    strands = run_component("Weave_Strands", lattice=link["lattice"], diameter=0.2)
+    measure = run_component("Weave_Measure", value=strands["weave"])
+    return {"surface": surface, "offset": offset, "link": link, "strands": strands, "measure": measure}
+
+
 @pytest.fixture
-def canvas(monkeypatch: pytest.MonkeyPatch) -> Canvas:
-    """Grasshopper's modules, stubbed, with an empty sticky."""
-    stubbed = Canvas()
-    install(stubbed, monkeypatch.setitem)
-    return stubbed
+def canvas(_stubbed: Canvas) -> Iterator[Canvas]:
+    """Grasshopper's modules, stubbed; what a test leaves in the sticky is taken out again."""
+    before = {name: shelf.copy() for name, shelf in _stubbed.sticky.items()}
+    yield _stubbed
+    _stubbed.is_escape_down = False
+    _stubbed.sticky.clear()
+    _stubbed.sticky.update(before)
 
 
 @pytest.fixture(scope="session")
 def dome() -> str:
     return str(SAMPLES / "hemisphere.3dm")
-
-
-@pytest.fixture
-def surface(canvas: Canvas, dome: str):
-    return run_component("Weave_Surface", geometry=dome)["surface"]

@@ -1,0 +1,222 @@
+"""What the components lean on: one run, what is kept of it, units, and how inputs are told apart."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import rhino3dm
+
+import rhino_shapes
+from ghpython.stubs import Canvas, Component, DataTree, GhPath, Ran
+from weavecore.canvas import Run, measure, read_geometry, solve
+from weavecore.canvas.digest import Indistinct, digest
+from weavecore.canvas.trees import data_tree, grouped
+from weavecore.errors import NonManifold, Unsupported
+from weavecore.model import SurfaceMesh
+from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, rhino_faces, rhino_vertices
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
+
+
+def run_once(
+    compute: Any, component: Component | None = None, sticky: dict[str, Any] | None = None, **inputs: Any
+) -> Ran:
+    component = component or Component(list(inputs), wired=list(inputs))
+    sticky = {} if sticky is None else sticky
+    outputs = solve(component, sticky, compute, inputs, needs={"x": object}, n_outputs=1)
+    return Ran({"y": outputs[0]}, component.messages, component.Message, component.captions)
+
+
+def take(run: Run, x: Any) -> tuple[SurfaceMesh]:
+    return (read_geometry(run, x),)
+
+
+def tell_document(run: Run, x: Any) -> tuple[DocumentUnit]:
+    return (run.document,)
+
+
+def divide(run: Run, x: float) -> tuple[float]:
+    return (1 / x,)
+
+
+def note(done: list[Any]) -> Any:
+    """What writes down each input that it is run on."""
+
+    def compute(run: Run, x: Any) -> tuple[None]:
+        done.append(x)
+        return (None,)
+
+    return compute
+
+
+def test_the_least_used_results_are_dropped(canvas: Canvas) -> None:
+    sticky: dict[str, Any] = {}
+    done: list[int] = []
+    component = Component(["x"], wired=["x"])
+    for x in [*range(8), 0, 8, 0, 1]:
+        run_once(note(done), component, sticky, x=x)
+    assert done == [*range(8), 8, 1], "0 was in use, 1 was not"
+
+
+def test_what_fails_is_tried_again(canvas: Canvas) -> None:
+    sticky: dict[str, Any] = {}
+    tried: list[int] = []
+
+    def compute(run: Run, x: int) -> tuple[int]:
+        tried.append(x)
+        raise NonManifold("Two sheets touch", remedy="Pull them apart.", ids=[3], kind="vertex")
+
+    for _ in range(2):
+        ran = run_once(compute, sticky=sticky, x=1)
+        assert ran.messages == [("Error", "NON_MANIFOLD: Two sheets touch (vertex 3). Pull them apart.")]
+    assert tried == [1, 1]
+
+
+def test_a_fault_of_the_program_is_one_balloon_and_no_traceback(canvas: Canvas) -> None:
+    ran = run_once(divide, x=0)
+    ((level, text),) = ran.messages
+    assert level == "Error"
+    assert text.startswith("INTERNAL: ZeroDivisionError: division by zero.")
+    assert ran.is_empty
+
+
+def test_too_little_memory_is_told(canvas: Canvas) -> None:
+    def compute(run: Run, x: int) -> tuple[int]:
+        raise MemoryError
+
+    assert run_once(compute, x=0).messages[0][1].startswith("TOO_MUCH_WORK: ")
+
+
+def test_input_that_cannot_be_told_apart_is_computed_each_time(canvas: Canvas) -> None:
+    sticky: dict[str, Any] = {}
+    done: list[Any] = []
+    for _ in range(2):
+        run_once(note(done), sticky=sticky, x=object())
+    assert len(done) == 2
+
+
+def test_a_file_without_a_unit_is_warned_of(canvas: Canvas, tmp_path: Path) -> None:
+    model = rhino3dm.File3dm()
+    model.Settings.ModelUnitSystem = getattr(rhino3dm.UnitSystem, "None")
+    model.Objects.AddBrep(rhino_shapes.tube())
+    assert model.Write(str(tmp_path / "tube.3dm"), 7)
+    ran = run_once(take, x=str(tmp_path / "tube.3dm"))
+    ((level, text),) = ran.messages
+    assert (level, text[:14]) == ("Warning", "UNIT_UNKNOWN: ")
+
+
+@pytest.fixture
+def metres(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Rhino with a document in metres."""
+    rhino = ModuleType("Rhino")
+    objects = SimpleNamespace(FindId=lambda _: SimpleNamespace(Geometry=rhino_shapes.tube()))
+    document = SimpleNamespace(ModelUnitSystem="UnitSystem.Meters", ModelAbsoluteTolerance=0.001, Objects=objects)
+    vars(rhino)["RhinoDoc"] = SimpleNamespace(ActiveDoc=document)
+    monkeypatch.setitem(sys.modules, "Rhino", rhino)
+    return document
+
+
+def test_a_file_in_another_unit_is_scaled_to_the_documents(canvas: Canvas, metres: Any, dome: str) -> None:
+    assert document_unit() == DocumentUnit("Meters", 0.001)
+    ran = run_once(take, x=dome)
+    assert ran.messages == [("Remark", "The file is in Millimeters, the document in Meters: scaled by 0.001.")]
+    surface = ran["y"]
+    assert surface.unit == "Meters"
+    assert surface.tolerance == pytest.approx(1e-5)
+    mesh = rhino3dm.File3dm.Read(dome).Objects[0].Geometry
+    assert np.array_equal(surface.vertices, rhino_vertices(mesh) / 1000.0)
+
+
+def test_geometry_in_memory_has_the_documents_unit_and_tolerance(canvas: Canvas, metres: Any) -> None:
+    surface = run_once(take, x=rhino_shapes.tube())["y"]
+    assert (surface.unit, surface.tolerance) == ("Meters", 0.001)
+
+
+def test_another_unit_of_the_document_is_another_input(canvas: Canvas, metres: Any) -> None:
+    sticky: dict[str, Any] = {}
+    first = run_once(tell_document, sticky=sticky, x=1)["y"]
+    metres.ModelUnitSystem = "UnitSystem.Feet"
+    assert first.unit == "Meters"
+    assert run_once(tell_document, sticky=sticky, x=1)["y"].unit == "Feet"
+
+
+def test_a_unit_without_a_length_is_none(metres: Any) -> None:
+    metres.ModelUnitSystem = "UnitSystem.CustomUnits"
+    assert document_unit().unit == "None"
+
+
+def test_without_a_document_there_is_no_unit(metres: Any) -> None:
+    sys.modules["Rhino"].RhinoDoc.ActiveDoc = None  # type: ignore[attr-defined]
+    assert document_unit() == DocumentUnit("None", 0.0)
+
+
+def test_a_surface_passes_through(canvas: Canvas, stages: dict[str, Ran]) -> None:
+    surface = stages["surface"]["surface"]
+    assert run_once(take, x=surface)["y"] is surface
+
+
+def test_values_are_told_apart_by_what_they_hold(stages: dict[str, Ran]) -> None:
+    surface = stages["surface"]["surface"]
+    twin = SurfaceMesh(surface.vertices, surface.faces, surface.unit, surface.tolerance, surface.cuts, surface.name)
+    moved = SurfaceMesh(surface.vertices + 1.0, surface.faces, surface.unit)
+    assert digest(surface) == digest(twin)
+    assert len({digest(value) for value in (surface, moved, stages["link"]["lattice"])}) == 3
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [(1, 1.0), (0, False), ("1", 1), ("a", "b"), (None, ""), ([1, 2], [12]), ({"a": 1}, {"a": 2}), ([None], [])],
+)
+def test_plain_inputs_are_told_apart(one: Any, other: Any) -> None:
+    assert digest(one) == digest(one)
+    assert digest(one) != digest(other)
+
+
+def test_a_file_that_changes_is_another_input(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0")
+    before = digest(str(path))
+    os.utime(path, (1, 1))
+    assert digest(str(path)) != before
+    assert digest("no such file") == digest("no such file")
+
+
+def test_rhino_geometry_is_told_apart() -> None:
+    assert digest(rhino_shapes.tube()) == digest(rhino_shapes.tube())
+    assert digest(rhino_shapes.tube()) != digest(rhino_shapes.tube(radius=1.5))
+    with pytest.raises(Indistinct):
+        digest(object())
+
+
+def test_branches_are_sorted_and_keep_their_items_in_order() -> None:
+    assert grouped([2, 0, 2], "abc") == [((0,), ["b"]), ((2,), ["a", "c"])]
+
+
+def test_a_branch_without_items_is_a_branch_all_the_same(canvas: Canvas) -> None:
+    tree = data_tree([((0, 1), []), ((1,), [5]), ((1,), [6])])
+    assert isinstance(tree, DataTree)
+    assert tree.branches == {GhPath(0, 1): [], GhPath(1): [5, 6]}
+
+
+def test_a_drawn_mesh_is_read_back_to_the_last_bit() -> None:
+    rng = np.random.default_rng(3)
+    points, quads = rng.normal(size=(40, 3)) * 1e5 + 1 / 3, rng.integers(0, 40, (25, 4))
+    mesh = Drawing(rhino3dm).mesh(points, quads)
+    assert np.array_equal(rhino_vertices(mesh), points)
+    assert np.array_equal(rhino_faces(mesh), quads)
+
+
+def test_measuring_needs_latitudes_at_least(stages: dict[str, Ran]) -> None:
+    latitudes = stages["offset"]["latitudes"]
+    measures = measure(latitudes)
+    assert measures.edges is None
+    assert measures.regular is None
+    assert len(measures.spacing) == len(latitudes) - 1
+    with pytest.raises(Unsupported, match="nothing to measure of a SurfaceMesh"):
+        measure(stages["surface"]["surface"])  # type: ignore[arg-type]

@@ -1,0 +1,333 @@
+"""Every component on real input, on nothing, on a None, on bad input, and cancelled."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rhino3dm
+
+import build
+import rhino_shapes
+from ghpython.stubs import (
+    COMPONENTS,
+    NAMES,
+    Canvas,
+    Component,
+    GhPath,
+    Ran,
+    metadata_of,
+    parameters_of,
+    run_component,
+    script_class,
+)
+from grasshopper_files.components import ACCESS, HINTS
+from weavecore import pipeline
+from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
+
+ANNOTATIONS = {"float": "float", "int": "int", "bool": "bool", "str": "str", "ghdoc": None}
+DOME = str(COMPONENTS.parent / "sample_files" / "hemisphere.3dm")
+NEEDS = {
+    "Weave_Surface": "geometry",
+    "Weave_Offset": "surface",
+    "Weave_Link": "latitudes",
+    "Weave_Strands": "lattice",
+    "Weave_Export": "value",
+    "Weave_Measure": "value",
+}
+
+
+def source_of(name: str) -> str:
+    return (COMPONENTS / name / "code.py").read_text("utf-8")
+
+
+def run_script_of(name: str) -> ast.FunctionDef:
+    (function,) = (node for node in script_class(source_of(name)).body if isinstance(node, ast.FunctionDef))
+    return function
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_script_fits_its_metadata(name: str) -> None:
+    inputs = parameters_of(COMPONENTS / name, "input")
+    arguments = run_script_of(name).args.args[1:]
+    assert [a.arg for a in arguments] == [p["name"] for p in inputs]
+    hints = [a.annotation.id if isinstance(a.annotation, ast.Name) else None for a in arguments]
+    assert hints == [ANNOTATIONS[p["typeHintID"]] for p in inputs]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_script_is_one_of_python_3_9_and_installs_weavecore(name: str) -> None:
+    source = source_of(name)
+    ast.parse(source, feature_version=(3, 9))
+    requirement, environment = source.splitlines()[:2]
+    bound = re.fullmatch(r"# r: weavecore>=(\d+\.\d+)", requirement)
+    assert bound
+    assert build.version().startswith(bound[1] + "."), "Rhino would install a weavecore that has not what is called"
+    assert environment == "# venv: weavecore"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_parameter_says_what_it_is(name: str) -> None:
+    metadata = metadata_of(COMPONENTS / name)
+    assert metadata["name"] == name.replace("_", " ")
+    assert metadata["category"] == "Weave"
+    assert metadata["exposure"] in (2, 4, 8, 16)
+    assert metadata["ghpython"]["iconDisplay"] == 2
+    for side in ("input", "output"):
+        parameters = parameters_of(COMPONENTS / name, side)
+        names = [p["name"] for p in parameters]
+        assert len(set(names)) == len(names)
+        for parameter in parameters:
+            # Rhino takes the one or the other for the name of the script's variable.
+            assert parameter["nickname"] == parameter["name"]
+            assert parameter["name"].isidentifier()
+            assert parameter["description"].endswith(".")
+    for i, parameter in enumerate(parameters_of(COMPONENTS / name, "input")):
+        assert parameter["typeHintID"] in HINTS
+        assert parameter["scriptParamAccess"] in ACCESS
+        # Else Grasshopper would complain of what is not wired, and the script not keep silent.
+        assert parameter["optional"] is True
+        has_default = "Default: " in parameter["description"]
+        assert has_default == (i > 0) or name == "Weave_Export", f"{name}: {parameter['name']}"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_unwired_it_keeps_silent(name: str, canvas: Canvas) -> None:
+    ran = run_component(name)
+    assert ran.is_empty
+    assert ran.messages == []
+    assert ran.caption == ""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_wire_that_gives_nothing_is_told(name: str, canvas: Canvas) -> None:
+    ran = run_component(name, **{NEEDS[name]: None})
+    assert ran.is_empty
+    assert ran.messages == [("Warning", f"{NEEDS[name]}: nothing comes through the wire.")]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("value", [object(), 7, [1, 2, 3]], ids=["object", "number", "list"])
+def test_what_is_no_input_at_all_is_refused_in_words(name: str, value: Any, canvas: Canvas) -> None:
+    ran = run_component(name, **{NEEDS[name]: value})
+    assert ran.is_empty
+    ((level, text),) = ran.messages
+    assert level == "Error"
+    assert text.startswith("UNSUPPORTED: ")
+
+
+def test_real_input_gives_every_output_and_no_complaint(stages: dict[str, Ran]) -> None:
+    for name, ran in stages.items():
+        assert [message for message in ran.messages if message[0] == "Error"] == [], name
+        assert [key for key, value in ran.outputs.items() if value is None] == [], name
+        assert re.search(r"\d", ran.caption), f"{name} has no counts in its caption"
+    values = stages["surface"]["surface"], stages["offset"]["latitudes"], stages["link"]["lattice"]
+    assert [type(value) for value in values] == [SurfaceMesh, Latitudes, Lattice]
+    assert isinstance(stages["strands"]["weave"], Weave)
+
+
+def test_curves_lie_in_branches_by_generation(stages: dict[str, Ran]) -> None:
+    latitudes = stages["offset"]["latitudes"]
+    curves = stages["offset"]["curves"].branches
+    assert list(curves) == [GhPath(g) for g in range(latitudes.n_generations)]
+    assert sum(map(len, curves.values())) == len(latitudes)
+    first = curves[GhPath(0)][0]
+    assert isinstance(first, rhino3dm.Curve)
+    assert first.IsClosed
+    start = latitudes.polylines.polyline(0)[0]
+    assert tuple(start) == (first.PointAtStart.X, first.PointAtStart.Y, first.PointAtStart.Z)
+
+
+def test_parents_are_found_in_the_branch_before(canvas: Canvas) -> None:
+    sample = COMPONENTS.parent / "sample_files" / "six_way_joint.3dm"
+    surface = run_component("Weave_Surface", geometry=str(sample))["surface"]
+    ran = run_component("Weave_Offset", surface=surface, spacing=60.0)
+    latitudes, curves = ran["latitudes"], ran["curves"].branches
+    found = set()
+    for path, parents in ran["parents"].branches.items():
+        child = index_of(latitudes, *path)
+        assert path[1] < len(curves[GhPath(path[0])])
+        found |= {(index_of(latitudes, path[0] - 1, item), child) for item in parents}
+    assert found == set(map(tuple, latitudes.parents.tolist()))
+
+
+def index_of(latitudes: Latitudes, generation: int, item: int) -> int:
+    return int(np.flatnonzero(latitudes.generation == generation)[item])
+
+
+def test_the_lattice_is_drawn_whole(stages: dict[str, Ran]) -> None:
+    link = stages["link"]
+    lattice = link["lattice"]
+    assert len(link["nodes"]) == lattice.n_nodes
+    assert len(link["mesh"].Faces) == lattice.n_faces
+    assert len(link["pockets"]) == int((lattice.edge_family == 2).sum())
+    assert list(link["rings"].branches) == [GhPath(g) for g in range(lattice.latitudes.n_generations)]
+    assert len(list(link["rings"])) == len(lattice.latitudes)
+    assert all(path[0] < lattice.latitudes.n_generations for path in link["longitudes"].branches)
+
+
+def test_rods_names_layers_and_bends_belong_together(stages: dict[str, Ran]) -> None:
+    ran = stages["strands"]
+    weave = ran["weave"]
+    names = [name for branch in ran["names"].branches.values() for name in branch]
+    assert sorted(names) == sorted(weave.ids)
+    for path, branch in ran["names"].branches.items():
+        assert {name[0] for name in branch} == {"LABP"[path[0]]}
+        assert len(ran["rods"].branches[path]) == len(branch) == len(ran["utilisation"].branches[path])
+        for item, name in enumerate(branch):
+            s = weave.ids.index(name)
+            assert ran["utilisation"].branches[path][item] == weave.bending.utilisation[s]
+            rod = ran["rods"].branches[path][item]
+            middle = weave.axes.points[weave.axes.offsets[s]]
+            assert np.allclose([rod.PointAtStart.X, rod.PointAtStart.Y, rod.PointAtStart.Z], middle, atol=1e-9)
+            layers = ran["layers"].branches[GhPath(path[0], item)]
+            assert len(layers) == len(weave.strands.strand(s))
+    under = [n for layers in ran["layers"].branches.values() for n in layers]
+    assert np.bincount(under)[:3].min() > 100, "three rods cross at most nodes of a triangular lattice"
+
+
+def test_measures_are_those_of_the_lattice(stages: dict[str, Ran]) -> None:
+    ran, lattice = stages["measure"], stages["link"]["lattice"]
+    assert ran["edges"] == lattice.edge_lengths.tolist()
+    assert len(ran["spacing"]) == len(lattice.latitudes) - 1
+    assert 0.97 * 50.0 < min(ran["spacing"]) <= max(ran["spacing"]) < 1.001 * 50.0
+    assert 0.8 < ran["regular"] <= 1.0
+    assert ran["radius"] == stages["strands"]["weave"].bending.min_radius.min()
+    assert any("strands" in line for line in ran["findings"])
+
+
+def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: dict[str, Ran]) -> None:
+    surface, latitudes = stages["surface"]["surface"], stages["offset"]["latitudes"]
+    lattice = stages["link"]["lattice"]
+    refused = {
+        "SPACING_TOO_LARGE": run_component("Weave_Offset", surface=surface, spacing=1e6),
+        "UNSUPPORTED: A spacing of -1": run_component("Weave_Offset", surface=surface, spacing=-1.0),
+        "UNSUPPORTED: There is no method": run_component("Weave_Offset", surface=surface, method="guess"),
+        "UNSUPPORTED: There is no pattern": run_component("Weave_Link", latitudes=latitudes, pattern="knit"),
+        "UNSUPPORTED: There is no material": run_component("Weave_Strands", lattice=lattice, material="glass"),
+        "UNSUPPORTED: There is no weave": run_component("Weave_Strands", lattice=lattice, style="satin"),
+        "UNREADABLE": run_component("Weave_Surface", geometry="/nowhere/shell.3dm"),
+        "NO_SURFACE": run_component("Weave_Surface", geometry=DOME, layer="Roof"),
+        "UNSUPPORTED: A SurfaceMesh came": run_component("Weave_Link", latitudes=surface),
+    }
+    for start, ran in refused.items():
+        assert ran.is_empty, start
+        ((level, text),) = ran.messages
+        assert (level, text.startswith(start)) == ("Error", True), text
+        assert text.count(". ") >= 1, f"no remedy: {text}"
+
+
+@pytest.mark.parametrize("name", ["Weave_Surface", "Weave_Offset", "Weave_Link", "Weave_Strands", "Weave_Export"])
+def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], canvas: Canvas, tmp_path: Path) -> None:
+    inputs: dict[str, Any] = {
+        "Weave_Surface": {"geometry": plane_file(tmp_path)},
+        "Weave_Offset": {"surface": stages["surface"]["surface"], "spacing": 60.0},
+        "Weave_Link": {"latitudes": stages["offset"]["latitudes"], "pattern": "quad"},
+        "Weave_Strands": {"lattice": stages["link"]["lattice"], "diameter": 3.0},
+        "Weave_Export": {"value": stages["link"]["lattice"], "path": str(tmp_path / "woven.obj"), "write": True},
+    }[name]
+    canvas.is_escape_down = True
+    ran = run_component(name, **inputs)
+    assert ran.is_empty
+    assert ran.messages == [("Remark", "Cancelled. Recompute to go on.")]
+    assert ran.caption == "cancelled"
+    assert not (tmp_path / "woven.obj").exists()
+    canvas.is_escape_down = False
+    again = run_component(name, **inputs)
+    assert not again.is_empty, again.messages
+
+
+def plane_file(folder: Path) -> str:
+    """A file with a surface that has to be meshed, which takes steps that can be cancelled."""
+    model = rhino3dm.File3dm()
+    model.Settings.ModelUnitSystem = rhino3dm.UnitSystem.Millimeters
+    model.Objects.AddBrep(rhino_shapes.tube())
+    path = folder / "plane.3dm"
+    assert model.Write(str(path), 7)
+    return str(path)
+
+
+def test_a_caption_tells_how_far_it_is(stages: dict[str, Ran]) -> None:
+    assert any("%" in text for text in stages["offset"].captions[:-1])
+
+
+def test_the_same_input_is_not_computed_again(canvas: Canvas, stages: dict[str, Ran], dome: str) -> None:
+    again = run_component("Weave_Surface", geometry=dome)
+    assert again["surface"] is stages["surface"]["surface"]
+    assert again.caption == stages["surface"].caption
+    other = run_component("Weave_Offset", surface=again["surface"], spacing=55.0)
+    assert other["latitudes"] is not stages["offset"]["latitudes"]
+    back = run_component("Weave_Offset", surface=again["surface"], spacing=50.0)
+    assert back["latitudes"] is stages["offset"]["latitudes"]
+
+
+def test_equal_input_from_elsewhere_is_not_computed_again(canvas: Canvas, stages: dict[str, Ran], dome: str) -> None:
+    twin = pipeline.read_surface(dome)
+    assert twin is not stages["surface"]["surface"]
+    assert run_component("Weave_Offset", surface=twin, spacing=50.0)["latitudes"] is stages["offset"]["latitudes"]
+
+
+def test_each_placed_component_has_results_of_its_own(canvas: Canvas, stages: dict[str, Ran]) -> None:
+    names = [p["name"] for p in parameters_of(COMPONENTS / "Weave_Link", "input")]
+    second = Component(names, wired=names, InstanceGuid="another")
+    ran = run_component("Weave_Link", component=second, latitudes=stages["offset"]["latitudes"])
+    assert ran["lattice"] is not stages["link"]["lattice"]
+
+
+def test_balloons_come_again_with_results_that_are_kept(canvas: Canvas, stages: dict[str, Ran]) -> None:
+    first = run_component("Weave_Strands", lattice=stages["link"]["lattice"], diameter=8.0)
+    again = run_component("Weave_Strands", lattice=stages["link"]["lattice"], diameter=8.0)
+    assert again["weave"] is first["weave"]
+    assert again.messages == first.messages
+    assert any("Bent too sharply" in text for _, text in first.messages)
+
+
+def test_export_writes_only_when_it_is_told_to(canvas: Canvas, stages: dict[str, Ran], tmp_path: Path) -> None:
+    weave, target = stages["strands"]["weave"], tmp_path / "woven.3dm"
+    waiting = run_component("Weave_Export", value=weave, path=str(target))
+    assert (waiting["file"], waiting.caption) == (None, "not written")
+    assert any(line.startswith("rods: ") for line in waiting["report"])
+    assert not target.exists()
+    ran = run_component("Weave_Export", value=weave, path=f' "{target}" ', write=True)
+    assert (ran["file"], ran.caption) == (str(target), "written")
+    assert target.stat().st_size > 10_000
+    again = run_component("Weave_Export", value=weave, path=str(target), write=True)
+    assert again.messages[0][1].startswith("EXISTS: ")
+    target.write_bytes(b"")
+    run_component("Weave_Export", value=weave, path=str(target), write=True, overwrite=True)
+    assert target.stat().st_size > 10_000
+
+
+def test_a_file_without_a_folder_goes_beside_the_definition(
+    canvas: Canvas, stages: dict[str, Ran], tmp_path: Path
+) -> None:
+    names = [p["name"] for p in parameters_of(COMPONENTS / "Weave_Export", "input")]
+    component = Component(names, wired=names, file=str(tmp_path / "house.gh"))
+    ran = run_component("Weave_Export", component=component, value=stages["link"]["lattice"], path="a.obj", write=True)
+    assert ran["file"] == str(tmp_path / "a.obj")
+    assert (tmp_path / "a.obj").exists()
+
+
+def test_geometry_of_rhino_is_taken_as_well_as_files(canvas: Canvas, dome: str) -> None:
+    model = rhino3dm.File3dm.Read(dome)
+    ran = run_component("Weave_Surface", geometry=model.Objects[0].Geometry)
+    expected = pipeline.read_surface(dome)
+    assert (ran["surface"].vertices == expected.vertices).all()
+    assert ran["surface"].unit == "None", "without Rhino there is no document"
+    assert len(ran["borders"]) == 1
+    assert ran["borders"][0].IsClosed
+
+
+def test_a_plane_cuts_a_closed_surface(canvas: Canvas) -> None:
+    body = str(COMPONENTS.parent / "sample_files" / "closed_body.3dm")
+    plane = rhino3dm.Plane(rhino3dm.Point3d(0, 0, 0), rhino3dm.Vector3d(0, 0, 1))
+    own = run_component("Weave_Surface", geometry=body)
+    by_plane = run_component("Weave_Surface", geometry=body, plane=plane)
+    cut = by_plane["surface"].cuts[0]
+    assert np.abs(by_plane["surface"].vertices[cut][:, 2]).max() < 12.0
+    assert len(own["surface"].cuts) == 1
+    assert not np.array_equal(own["surface"].cuts[0], cut)
