@@ -53,10 +53,26 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
     shares = coo_matrix((np.ones(2 * len(one)), which), shape=(n, len(one))).tocsr()
     # A pair more is worth more than any that it makes dearer.
     reward = 2.0 * (1.0 + cost.max()) + cost.max() * np.sqrt(n)
-    found = milp(cost - reward, constraints=LinearConstraint(shares, ub=1.0), integrality=np.ones(len(one), np.int64), bounds=Bounds(0, 1))
+    found = milp(
+        cost - reward,
+        constraints=LinearConstraint(shares, ub=1.0),
+        integrality=np.ones(len(one), np.int64),
+        bounds=Bounds(0, 1),
+    )
     if found.x is None:
         return match_greedily(one, other, cost, n)
     taken = found.x > 0.5
     partner = np.full(n, ALONE, np.int64)
     partner[one[taken]], partner[other[taken]] = other[taken], one[taken]
     return partner
+
+
+def pairs_of_equals(keys: Ints) -> tuple[Ints, Ints]:
+    """All pairs of positions with the same key, the lesser first."""
+    order = np.argsort(keys, kind="stable")
+    _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
+    rank = np.arange(len(keys)) - np.repeat(first, count)
+    behind = np.repeat(count, count) - 1 - rank
+    one = np.repeat(np.arange(len(keys)), behind)
+    other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(behind) - behind, behind)
+    return order[one], order[other]

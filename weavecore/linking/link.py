@@ -13,6 +13,7 @@ from weavecore.linking.assembling import assemble
 from weavecore.linking.cells import BandFaces, as_quads, faces_of_zip
 from weavecore.linking.division import count_nodes, points_at
 from weavecore.linking.evening import even_out
+from weavecore.linking.fairing import fair
 from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
@@ -84,8 +85,9 @@ def link_latitudes(
     faces = turn_upright(latitudes.surface, nodes, normals, faces, ring_edges)
     if not design.has_diagonals:
         faces = pair_triangles(faces, nodes, ring_edges, leave_few=design.in_pairs)
-    tell(0.9, "putting the lattice together")
-    return assemble(latitudes, nodes, latitude, station, faces, longest, design, length)
+    tell(0.8, "fairing the lattice")
+    lattice = assemble(latitudes, nodes, latitude, station, faces, longest, design, length)
+    return fair(lattice, linker.spikes)
 
 
 def _longest_link(spacing: float, edge_length: float) -> float:

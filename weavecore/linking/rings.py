@@ -52,6 +52,8 @@ class RingLinker:
         Rising stations of the nodes of each polyline.
     zips : dict
         By band.
+    spikes : dict
+        By polyline: stations of its spikes, where it has any.
     """
 
     def __init__(self, latitudes: Latitudes, counts: Ints, pattern: Pattern) -> None:
@@ -59,7 +61,7 @@ class RingLinker:
         self._counts = counts
         samples = sample_polylines(latitudes, counts)
         self._feet = find_feet(latitudes, samples)
-        self._spikes = find_spikes(samples)
+        self.spikes = find_spikes(samples)
         self._pattern = pattern
         self._plain = _plain_bands(latitudes)
         self._links_above: dict[int, Ints] = {}
@@ -86,7 +88,7 @@ class RingLinker:
         count, length = int(self._counts[p]), float(self._latitudes.polylines.lengths[p])
         index = self._foot_indices(p)
         phase = _harmonic_phase(index, self._pattern)
-        spikes = self._spikes.get(p)
+        spikes = self.spikes.get(p)
         parent, is_left = self._parent_of(band)
         n = int(self._counts[parent])
         divisions = np.array([divide_evenly(length, count, phase + k / _DIVISIONS, spikes) for k in range(_DIVISIONS)])

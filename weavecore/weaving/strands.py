@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from weavecore.geometry.arrays import Bools, Ints, offsets_of
-from weavecore.geometry.matching import ALONE, match_greedily
+from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.model.lattice import LATITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
 from weavecore.weaving.straight import find_straight
@@ -102,7 +102,7 @@ def _followers(lattice: Lattice) -> Ints:
     away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
     family = np.repeat(lattice.edge_family, 2)
     # Rings keep to themselves; a longitude may go on through a pocket, where nothing of its own kind goes on.
-    one, other = _pairs_of_equals(tail * 2 + (family == LATITUDINAL))
+    one, other = pairs_of_equals(tail * 2 + (family == LATITUDINAL))
     bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
     straight, on_border = find_straight(lattice)
     is_straight = straight[one] == other
@@ -116,14 +116,3 @@ def _followers(lattice: Lattice) -> Ints:
     arrival = np.arange(len(tail)) ^ 1
     follower: Ints = partner[arrival]
     return follower
-
-
-def _pairs_of_equals(keys: Ints) -> tuple[Ints, Ints]:
-    """All pairs of positions with the same key, the lesser first."""
-    order = np.argsort(keys, kind="stable")
-    _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
-    rank = np.arange(len(keys)) - np.repeat(first, count)
-    behind = np.repeat(count, count) - 1 - rank
-    one = np.repeat(np.arange(len(keys)), behind)
-    other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(behind) - behind, behind)
-    return order[one], order[other]
