@@ -97,7 +97,7 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
     active = np.arange(len(at))
     rows: list[_Row] = []
     for _ in range(_MOST_FACES):
-        if len(active) == 0:
+        if len(active) == 0 and rows:
             break
         h, begin = at[active], gone[active]
         edge, reach, along, ex, ey = leave_face(frames, h, x[active], y[active], dx[active], dy[active])

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from typing import Callable, Optional
 
+import numpy as np
+
+from weavecore.geometry.arrays import Bools
 from weavecore.offsetting.fronts.ground import Curves, Ground
-from weavecore.offsetting.fronts.judging import find_room, find_uncovered
+from weavecore.offsetting.fronts.judging import find_room, find_uncovered, stop_at
 from weavecore.offsetting.fronts.laying import lay_children
 from weavecore.offsetting.fronts.meeting import meet_themselves
 from weavecore.offsetting.fronts.rays import Rays, cast_rays, end_steps
-from weavecore.offsetting.fronts.regrouping import regroup
+from weavecore.offsetting.fronts.regrouping import Regrouped, regroup
 from weavecore.offsetting.fronts.seeds import seed_curves, seed_walls
+from weavecore.tolerances import LEAST_CAP
 
 STEPS_PER_SPACING = 10.0
 """A front has about so many vertices on a length of one spacing."""
+
+_STEPS_PER_CAP = 4.0
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -30,20 +36,45 @@ def cover(ground: Ground, *, spacing: float, progress: Progress = None) -> list[
     generations: list[Curves] = []
     rays = cast_rays(ground, seed_walls(ground, step=step), spacing=spacing)
     while True:
-        children = _children(ground, rays)
+        children = offset_once(ground, rays)
+        if len(children):
+            rays = cast_rays(ground, seed_curves(ground, children, step=step), spacing=spacing)
+            stays, gone = find_room(ground, rays, children, generations[-1] if generations else None)
+            doubtful = ~stays & ~gone
+            stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
+            children, rays = children.take(stays), rays.take(stays)
         if len(children) == 0:
             return generations
-        rays = cast_rays(ground, seed_curves(ground, children, step=step), spacing=spacing)
-        stays, rays = find_room(ground, rays, children, generations[-1] if generations else None)
-        if not stays.any():
-            return generations
-        generations.append(children.take(stays))
+        generations.append(children)
+        rays = stop_at(ground, rays, children)
         if progress is not None:
             progress(0.5, f"generation {len(generations)}")
 
 
-def _children(ground: Ground, rays: Rays) -> Curves:
+def offset_once(ground: Ground, rays: Rays) -> Curves:
+    """The children of some fronts, regrouped until none crosses any (§4.3, §4.4), where no front has been."""
+    _, regrouped, is_new = _regroup_children(ground, rays)
+    return regrouped.curves.take(is_new)
+
+
+def _regroup_children(ground: Ground, rays: Rays) -> tuple[Curves, Regrouped, Bools]:
+    """The raw children of some fronts, the loops that they make, and which of these bound what is not covered."""
     ends = end_steps(ground, rays)
     raw = lay_children(ground, rays, ends)
     regrouped = regroup(ground, raw, meet_themselves(ground, raw))
-    return regrouped.curves.take(find_uncovered(ground, rays, ends, raw, regrouped))
+    return raw, regrouped, find_uncovered(ground, rays, ends, raw, regrouped)
+
+
+def _are_deep(ground: Ground, fronts: Curves, *, spacing: float) -> Bools:
+    """(C,) which fronts enclose what is deeper than the least cap: something is left when they are offset by it.
+
+    A front of which nothing is left itself is judged with those that its child crosses.
+    """
+    if len(fronts) == 0:
+        return np.zeros(0, bool)
+    cap = LEAST_CAP * spacing
+    rays = cast_rays(ground, seed_curves(ground, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
+    raw, regrouped, is_left = _regroup_children(ground, stop_at(ground, rays, fronts))
+    group = np.zeros(len(fronts), np.int64)
+    group[raw.owner[regrouped.segment]] = regrouped.group[regrouped.curves.owner]
+    return np.isin(group, regrouped.group[is_left])

@@ -11,23 +11,31 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.fronts.laying import measure_chords
 from weavecore.offsetting.fronts.meeting import Meetings, rays_meet
 from weavecore.offsetting.fronts.rays import BEYOND, Ends, Rays
 from weavecore.offsetting.fronts.regrouping import Regrouped, lengths_of
 
-_SHORT_OF_THE_END = 0.97
+_SHORT_OF_THE_END = 0.95
 """A loop that steps cross within this part of their length is covered there."""
 
 _MOST_COVERED = 0.2
 _FLATTEST = 0.2
 """Sine of the angle at which a ray crosses a loop; a lesser one counts as this."""
 
+_ASKED, _NEAREST = 24, 6
+"""So many vertices of a loop, and so many starts of rays about each, are asked how far they are apart."""
+
+_MOST_NEAR = 0.3
+
 _OFF_THE_START = 1e-3
 """Parts of its step within which a ray is still at its own front."""
 
+_MOST_BEYOND = 0.5
 _MOST_ROOM = 0.02
 """A child goes where fewer than this part of its rays have room."""
 
@@ -47,7 +55,30 @@ def find_uncovered(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regroupe
     tally = np.bincount(regrouped.group * n_heights + height, free, minlength=n_groups * n_heights)
     best = tally.reshape(n_groups, n_heights).argmax(1)
     is_best = height == best[regrouped.group]
-    return np.asarray(is_best & (covered < _MOST_COVERED * length) & _cross_edges(regrouped.curves))
+    is_new = is_best & (covered < _MOST_COVERED * length) & _cross_edges(regrouped.curves)
+    is_new[is_new] = ~_are_near(ground, rays, regrouped.curves.take(is_new))
+    return np.asarray(is_new)
+
+
+def _are_near(ground: Ground, rays: Rays, loops: Curves) -> Bools:
+    """(C,) which loops have chords to where the rays start that are shorter than the step."""
+    vertex = np.flatnonzero(loops.is_vertex)
+    counts = np.bincount(loops.owner[vertex], minlength=len(loops))
+    rank = np.arange(len(vertex)) - offsets_of(counts)[loops.owner[vertex]]
+    vertex = vertex[rank % np.maximum(counts // _ASKED, 1)[loops.owner[vertex]] == 0]
+    if len(vertex) == 0:
+        return np.zeros(len(loops), bool)
+    n_near = min(_NEAREST, len(rays))
+    _, nearest = cKDTree(rays.start).query(loops.points[vertex], k=n_near)
+    ray = np.asarray(nearest, np.int64).reshape(-1)
+    from_ = np.repeat(vertex, n_near)
+    begin = rays.walks.offsets[:-1][ray]
+    length = measure_chords(
+        ground, loops.face[from_], loops.start[from_], rays.walks.face[begin], rays.walks.start[begin]
+    )
+    is_near = (length / rays.step < _SHORT_OF_THE_END).reshape(-1, n_near).any(1)
+    total = np.bincount(loops.owner[vertex], minlength=len(loops))
+    return np.asarray(np.bincount(loops.owner[vertex], is_near, minlength=len(loops)) > _MOST_NEAR * total)
 
 
 def _cross_edges(curves: Curves) -> Bools:
@@ -96,10 +127,10 @@ def _travel(rays: Rays, meetings: Meetings) -> tuple[Ints, Floats]:
     return ray, np.asarray(far / rays.reach[ray])
 
 
-def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | None) -> tuple[Bools, Rays]:
-    """Which children have room before them, the grandchild test by side; and the rays of these.
+def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | None) -> tuple[Bools, Bools]:
+    """Which children have room before them beyond doubt, and which have none: the grandchild test, by side.
 
-    Children that face each other over less than twice the least cap are judged together.
+    Children that nearly touch each other are judged together.
 
     Parameters
     ----------
@@ -112,22 +143,30 @@ def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | No
     Returns
     -------
     has_room : (C,) bool
-    rays : Rays
-        Of the children that have room, stopped where they come to one of these.
+        Some rays go on for more than the spacing and meet no ancestor.
+    has_none : (C,) bool
+        Most rays come to an ancestor within the spacing: the grandchild would lie beyond it.
     """
-    meets = np.isfinite(rays.stop)
+    room = rays.stop / rays.reach
     if parents is not None:
-        meets[_travel(rays, rays_meet(ground, rays, parents))[0]] = True
+        ray, far = _travel(rays, rays_meet(ground, rays, parents))
+        np.minimum.at(room, ray, far)
     meetings = rays_meet(ground, rays, children)
     ray, far = _travel(rays, meetings)
-    front = children.owner[meetings.second]
     near = far < BEYOND - 1.0
     n = len(children)
-    links = coo_matrix((np.ones(int(near.sum())), (rays.owner[ray[near]], front[near])), shape=(n, n))
+    ends = rays.owner[ray[near]], children.owner[meetings.second[near]]
+    links = coo_matrix((np.ones(len(ends[0])), ends), shape=(n, n))
     _, group = connected_components(links, directed=False)
     total = np.bincount(group[rays.owner], minlength=n)
-    room = np.bincount(group[rays.owner], ~meets, minlength=n)
-    has_room: Bools = (room > _MOST_ROOM * total)[group]
-    in_the_way = has_room[front] & (far > _OFF_THE_START)
-    stopped = rays.stopped(ray[in_the_way], (far * rays.reach[ray])[in_the_way])
-    return has_room, stopped.take(has_room)
+    free = np.bincount(group[rays.owner], np.isinf(room), minlength=n)
+    beyond = np.bincount(group[rays.owner], room < 1.0, minlength=n)
+    return (free > _MOST_ROOM * total)[group], (beyond > _MOST_BEYOND * total)[group]
+
+
+def stop_at(ground: Ground, rays: Rays, fronts: Curves) -> Rays:
+    """The rays of some fronts, stopped where they come to one of these again."""
+    meetings = rays_meet(ground, rays, fronts)
+    ray, far = _travel(rays, meetings)
+    away = far > _OFF_THE_START
+    return rays.stopped(ray[away], (far * rays.reach[ray])[away])

@@ -54,6 +54,20 @@ def _lay_chords(ground: Ground, from_face: Ints, from_: Floats, to_face: Ints, t
     return chord[order], face[order], start[order], end[order]
 
 
+def measure_chords(ground: Ground, from_face: Ints, from_: Floats, to_face: Ints, to: Floats) -> Floats:
+    """(n,) lengths of chords on the mesh, which no distance exceeds; infinite where a chord does not arrive."""
+    a, b = ground.points(from_face, from_), ground.points(to_face, to)
+    length = np.linalg.norm(b - a, axis=1)
+    far = np.flatnonzero(from_face != to_face)
+    section = _Section(ground, a[far], b[far], ground.normals[from_face[far]] + ground.normals[to_face[far]])
+    rows, found = section.walk(from_face[far], from_[far], to_face[far], to[far])
+    total = np.zeros(len(far))
+    for chord, face, start, end in rows:
+        total[chord] += np.linalg.norm(ground.points(face, end - start), axis=1)
+    length[far] = np.where(found, total, np.inf)
+    return length
+
+
 class _Section:
     """Upright planes through pairs of points, and how the mesh is cut by them."""
 

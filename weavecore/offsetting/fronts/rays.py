@@ -17,8 +17,8 @@ from weavecore.offsetting.fronts.ground import Ground
 from weavecore.offsetting.fronts.seeds import Seeds
 from weavecore.tolerances import LEAST_CAP
 
-BEYOND = 1.0 + 2.0 * LEAST_CAP
-"""Spacings that a ray is walked: between two fronts this far apart and one more no child is kept."""
+BEYOND = 1.0 + 6.0 * LEAST_CAP
+"""Spacings that a ray is walked: where all of them come to an ancestor, a child has hardly room."""
 
 _BEFORE_A_STOP = 0.95
 _JITTER = 1e-7
@@ -41,6 +41,8 @@ class Rays:
         Where the ray starts.
     stop : (n,) float64
         How far it is to what stops the ray: a wall, or another front; infinite where nothing does.
+    step : float
+        The distance by which the fronts are offset.
     """
 
     offsets: Ints
@@ -48,6 +50,7 @@ class Rays:
     reach: Floats
     start: Floats
     stop: Floats
+    step: float
 
     def __len__(self) -> int:
         return len(self.reach)
@@ -72,7 +75,12 @@ class Rays:
         kept = chosen[self.owner]
         walks = self.walks.take(kept)
         return Rays(
-            offsets_of(np.diff(self.offsets)[chosen]), walks, self.reach[kept], self.start[kept], self.stop[kept]
+            offsets_of(np.diff(self.offsets)[chosen]),
+            walks,
+            self.reach[kept],
+            self.start[kept],
+            self.stop[kept],
+            self.step,
         )
 
     def stopped(self, ray: Ints, far: Floats) -> Rays:
@@ -107,7 +115,7 @@ def cast_rays(ground: Ground, seeds: Seeds, *, spacing: float) -> Rays:
     walks = walk_far(ground.frames, seeds.halfedge, seeds.px, seeds.py, seeds.ux, seeds.uy, BEYOND * reach)
     first = walks.offsets[:-1]
     start = ground.points(walks.face[first], walks.start[first])
-    return Rays(seeds.offsets, walks, reach, start, np.where(walks.is_blocked, walks.far, np.inf))
+    return Rays(seeds.offsets, walks, reach, start, np.where(walks.is_blocked, walks.far, np.inf), spacing)
 
 
 def end_steps(ground: Ground, rays: Rays) -> Ends:

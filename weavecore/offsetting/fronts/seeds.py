@@ -25,6 +25,8 @@ FAN_ANGLE = 0.1
 _OFF_THE_CORNER = 1e-6
 _CROWDED, _SPARSE = 0.6, 1.3
 _FEWEST = 4
+_LEAST_STEPS = 40
+"""A round front has at least so many vertices, however small it is: each turns by less than `SMOOTH`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,13 +100,13 @@ def _stretch(turn: Floats) -> Floats:
     return longer
 
 
-def _thinned(total: Floats, curves: Curves, vertex: Ints, least: float) -> Ints:
+def _thinned(total: Floats, curves: Curves, vertex: Ints, least: Floats) -> Ints:
     """The vertices without those that crowd: of each run of short gaps every other one goes, until none is short.
 
     Those beside a corner go before it does.
     """
     offsets = offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves)))
-    near = _gaps(total, curves, vertex, offsets) < least
+    near = _gaps(total, curves, vertex, offsets) < least[curves.owner[vertex]]
     after, is_corner = next_in_loop(offsets), curves.is_corner[vertex]
     beside = near & is_corner[after]
     beside[after[near & is_corner]] = True
@@ -114,7 +116,7 @@ def _thinned(total: Floats, curves: Curves, vertex: Ints, least: float) -> Ints:
         gap = _gaps(total, curves, vertex, offsets)
         before = np.empty(len(vertex))
         before[next_in_loop(offsets)] = gap
-        short = (before < least) & (np.diff(offsets)[curves.owner[vertex]] > _FEWEST)
+        short = (before < least[curves.owner[vertex]]) & (np.diff(offsets)[curves.owner[vertex]] > _FEWEST)
         row = np.arange(len(vertex))
         # The first of a curve begins a run whatever lies before it.
         is_head = ~short
@@ -163,17 +165,21 @@ def _resample(curves: Curves, step: float) -> tuple[Ints, Floats, Ints]:
     """Segments (n,), places on them (n,) in 0 to 1, and offsets (C+1,) of the resampled polylines."""
     vertex = np.flatnonzero(curves.is_vertex)
     total = np.concatenate([[0.0], np.cumsum(curves.lengths)])
-    kept = _thinned(total, curves, vertex, _CROWDED * step)
-    counts = np.bincount(curves.owner[kept], minlength=len(curves))
-    gaps = _gaps(total, curves, kept, offsets_of(counts))
-    n_parts = np.where(gaps > _SPARSE * step, np.ceil(gaps / step), 1).astype(np.int64)
+    around = total[curves.offsets[1:]] - total[curves.offsets[:-1]]
+    wanted = np.minimum(step, around / _LEAST_STEPS)
+    kept = _thinned(total, curves, vertex, _CROWDED * wanted)
+    offsets = offsets_of(np.bincount(curves.owner[kept], minlength=len(curves)))
+    gaps = _gaps(total, curves, kept, offsets)
+    parts = gaps / wanted[curves.owner[kept]]
+    n_parts = np.where(parts > _SPARSE, np.ceil(parts), 1).astype(np.int64)
+    # Corners may have no child, but what lies between two of them has one.
+    n_parts[curves.is_corner[kept] & curves.is_corner[kept[next_in_loop(offsets)]] & (n_parts == 1)] = 2
     offsets = offsets_of(n_parts)
     row = rows_of(offsets)
     rank = np.arange(len(row)) - offsets[row]
-    station = total[kept[row]] + gaps[row] * rank / n_parts[row]
     owner = curves.owner[kept[row]]
-    beyond = station >= total[curves.offsets[owner + 1]]
-    station = np.where(beyond, station - total[curves.offsets[owner + 1]] + total[curves.offsets[owner]], station)
+    station = total[kept[row]] + gaps[row] * rank / n_parts[row]
+    station = np.where(station >= total[curves.offsets[owner + 1]], station - around[owner], station)
     segment = np.searchsorted(total, station, side="right") - 1
     segment[rank == 0] = kept[row[rank == 0]]
     segment = np.clip(segment, curves.offsets[owner], curves.offsets[owner + 1] - 1)
