@@ -46,13 +46,11 @@ def page_content(
     value: Drawable, *, strands: Optional[Strands] = None, sequence: Optional[BuildSequence] = None
 ) -> dict[str, Any]:
     """All that the page knows; see `encode_page`."""
-    latitudes = value.lattice.latitudes if isinstance(value, Weave) else getattr(value, "latitudes", value)
-    surface = value if isinstance(value, SurfaceMesh) else latitudes.surface
+    surface, n_generations = _surface_and_generations(value)
     stage, curves, figures = _curves_and_figures(value, strands)
     vertices, triangles = _drawn_surface(value, surface)
     low, high = vertices.min(0), vertices.max(0)
     centre = (low + high) / 2
-    n_generations = 1 if isinstance(value, SurfaceMesh) else latitudes.n_generations
     loops = [*surface.borders, *surface.cuts]
     borders = surface.vertices[np.concatenate(loops)] if loops else np.zeros((0, 3))
     return {
@@ -81,6 +79,14 @@ def pack(values: ArrayLike, kind: str) -> dict[str, str]:
     if kind == "Float32Array":
         array = np.nan_to_num(array, posinf=float(np.finfo(np.float32).max))
     return {"type": kind, "data": base64.b64encode(array.astype(_TYPES[kind]).tobytes()).decode("ascii")}
+
+
+def _surface_and_generations(value: Drawable) -> tuple[SurfaceMesh, int]:
+    if isinstance(value, SurfaceMesh):
+        return value, 1
+    lattice = value.lattice if isinstance(value, Weave) else value
+    latitudes = lattice.latitudes if isinstance(lattice, Lattice) else lattice
+    return latitudes.surface, latitudes.n_generations
 
 
 def _curves_and_figures(value: Drawable, strands: Optional[Strands]) -> tuple[str, Curves, list[Figure]]:

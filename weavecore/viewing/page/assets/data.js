@@ -32,9 +32,9 @@ function lengthText(value, digits = 5) {
     return content.unit ? `${text} ${content.unit}` : text;
 }
 
-/** A station to a tenth of a thousandth of the whole, without its unit. */
+/** A station to at least a hundred-thousandth of the whole, without its unit: marks are set by it. */
 function stationText(value, length) {
-    const decimals = Math.max(0, Math.min(6, 4 - Math.ceil(Math.log10(Math.max(length, 1e-9)))));
+    const decimals = Math.max(0, Math.min(6, 5 - Math.ceil(Math.log10(Math.max(length, 1e-9)))));
     return value.toLocaleString("en", { minimumFractionDigits: decimals, maximumFractionDigits: decimals });
 }
 

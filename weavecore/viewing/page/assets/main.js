@@ -141,10 +141,14 @@ if (openStage()) {
 }
 openAddress();
 
-/** What a program that looks at the page may ask: where a rod is on the canvas, and what is picked. */
+/** What a program that looks at the page may ask: where a rod is on the canvas, what is picked, and what is drawn. */
 window.weavecorePage = {
     placeOf: (name, part = 0.5) => stage.project(pointAlong(rods.names.indexOf(name), part)),
     rodAt: (x, y) => rods.names[pickRod(x, y)] || null,
+    picture: () => {
+        stage.draw();
+        return canvas.toDataURL();
+    },
     names: rods.names,
     get picked() {
         return rods.names[state.picked] || null;

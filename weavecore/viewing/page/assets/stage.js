@@ -63,12 +63,21 @@ const stage = {
         const up = Math.abs(from.z) > 0.999 ? new THREE.Vector3(0, 1, 0) : new THREE.Vector3(0, 0, 1);
         const right = new THREE.Vector3().crossVectors(up, from).normalize();
         const above = new THREE.Vector3().crossVectors(from, right);
+        this.stopMoving();
         const reach = this.reachFrom(from, right, above);
         const centre = right.multiplyScalar(reach.x).add(above.multiplyScalar(reach.y));
         this.controls.target.copy(centre);
         this.camera.position.copy(centre).addScaledVector(from, reach.distance);
         this.isFitted = true;
         this.ask();
+    },
+
+    /** End what is left of the last drag. */
+    stopMoving() {
+        const isDamped = this.controls.enableDamping;
+        this.controls.enableDamping = false;
+        this.controls.update();
+        this.controls.enableDamping = isDamped;
     },
 
     /** Where the axis of the view must pass, and how far away the eye must be, for all points to be seen. */
