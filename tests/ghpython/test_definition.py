@@ -12,6 +12,7 @@ import pytest
 
 import build
 import draw_canvas
+import write_guide
 from ghpython.runner import Definition, objects_of, wires_of
 from ghpython.stubs import COMPONENTS, NAMES, Canvas, script_class
 from grasshopper_files.archive import Chunk, decode_archive, encode_archive
@@ -148,6 +149,18 @@ def test_the_sample_inside_is_the_sample_file(workflow: Chunk) -> None:
     assert np.array_equal(found.faces, expected.faces)
 
 
-def test_the_picture_of_the_guide_is_drawn_from_the_definition(workflow: Chunk) -> None:
-    guide = COMPONENTS.parent / "docs" / "images" / "grasshopper_canvas.svg"
-    assert guide.read_text("utf-8") == draw_canvas.draw(workflow)
+def test_the_guide_has_the_picture_and_the_tables_of_now() -> None:
+    assert write_guide.PICTURE.read_text("utf-8") == write_guide.picture()
+    guide = write_guide.GUIDE.read_text("utf-8")
+    assert guide == write_guide.with_tables(guide)
+    assert guide.count("| in | `") == sum(len(read_component(COMPONENTS / name).inputs) for name in NAMES)
+
+
+def test_what_is_drawn_is_what_lies_on_the_canvas(workflow: Chunk) -> None:
+    drawn = draw_canvas.draw(workflow)
+    objects = objects_of(workflow)
+    wires = [wire for one in objects for target in one.targets for wire in wires_of(target)]
+    assert drawn.count("stroke-opacity") == len(wires)
+    assert drawn.count("<image ") == len(NAMES)
+    for one in objects:
+        assert f">{one.name}<" in drawn or one.container.get("UserText") or one.container.get("Text"), one.name

@@ -1,0 +1,62 @@
+"""Write the tables and the picture of ``docs/grasshopper.md``: ``python ghpython_components/write_guide.py``.
+
+The tables come from the components' ``metadata.json``, the picture from the definition that `build` makes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import build
+import draw_canvas
+from grasshopper_files.archive import decode_archive
+from grasshopper_files.components import ACCESS, Component, read_components
+from grasshopper_files.definition import NAME
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+GUIDE, PICTURE = DOCS / "grasshopper.md", DOCS / "images" / "grasshopper_canvas.svg"
+BEGIN, END = "<!-- parameters -->\n", "<!-- end of parameters -->\n"
+
+_KINDS = {"ghdoc": "any", "float": "number", "int": "whole number", "bool": "true or false", "str": "text"}
+
+
+def tables() -> str:
+    """What each parameter of each component is, in Markdown."""
+    order = ("Surface", "Offset", "Link", "Strands", "Export", "Measure")
+    components = {one.folder: one for one in read_components(build.HERE)}
+    return "\n".join(_table(components[f"Weave_{name}"]) for name in order)
+
+
+def _table(one: Component) -> str:
+    rows = [f"| in | `{p['name']}` | {_kind(p)} | {p['description']} |" for p in one.inputs]
+    rows += [f"| out | `{p['name']}` | | {p['description']} |" for p in one.outputs]
+    icon = f"![](../ghpython_components/{one.folder}/icon.png)"
+    head = [f"### {icon} {one.name}", "", one.metadata["description"], "", "| | parameter | takes | what it is |"]
+    return "\n".join([*head, "|---|---|---|---|", *rows, ""])
+
+
+def _kind(parameter: dict[str, str]) -> str:
+    access = parameter["scriptParamAccess"]
+    return _KINDS[parameter["typeHintID"]] + ("" if ACCESS[access] == 0 else f", {access}")
+
+
+def picture() -> str:
+    """The canvas of the definition as SVG."""
+    return draw_canvas.draw(decode_archive(build.build()[f"{NAME}.gh"]))
+
+
+def with_tables(guide: str) -> str:
+    """The guide with its tables as they are now."""
+    before, _, rest = guide.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    return f"{before}{BEGIN}\n{tables()}\n{END}{after}"
+
+
+def main() -> None:
+    """Write the guide and its picture."""
+    GUIDE.write_text(with_tables(GUIDE.read_text("utf-8")), "utf-8")
+    PICTURE.write_text(picture(), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
