@@ -42,11 +42,16 @@ def sample_axes(plan: RodPlan) -> AxisPoints:
     base = np.concatenate([[0.0], np.cumsum(axes.lengths + 1.0)])[:-1]
     is_end = samples.offsets[1:][axes.closed] - 1
     known = np.sort(np.concatenate([given, is_end]))
-    offsets = np.full(len(rod), np.nan)
-    offsets[given] = axes.layer_offsets
-    offsets[is_end] = axes.layer_offsets[axes.offsets[:-1][axes.closed]]
+    visit = np.searchsorted(given, known)
+    visit[np.searchsorted(known, is_end)] = axes.offsets[:-1][axes.closed]
+    station = axes.stations[visit]
+    station[np.searchsorted(known, is_end)] = axes.lengths[axes.closed]
     place = base[rod] + samples.stations
-    return AxisPoints(rod, samples.stations, samples.points, np.interp(place, place[known], offsets[known]))
+    # The visits keep the stations that the marks have, to the last bit; those between follow.
+    told = np.interp(place, place[known], base[rod[known]] + station) - base[rod]
+    told[known] = station
+    heights = np.interp(place, place[known], axes.layer_offsets[visit])
+    return AxisPoints(rod, told, samples.points, heights)
 
 
 def _steps(plan: RodPlan) -> Floats:

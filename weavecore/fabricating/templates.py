@@ -1,7 +1,8 @@
 """Templates: pieces drawn straight, 1:1, with a tick at every mark.
 
 A rod is laid on its outline.  Above a tick stands what crosses there, ``over A12`` where the rod runs over A12, and
-below it the distance from the start of the piece in millimetres; the rod is seen from outside of the surface.  Texts that would lie on each other are moved aside, with a line to their tick.
+below it the distance from the start of the piece in millimetres; the rod is seen from outside of the surface.
+Texts that would lie on each other are moved aside, with a line to their tick.
 """
 
 from __future__ import annotations
