@@ -8,7 +8,7 @@ from typing import Any, Callable
 import numpy as np
 import pytest
 
-from weavecore.model import Weave
+from weavecore.model import SurfaceMesh, Weave
 from weavecore.viewing.page.content import page_content
 from weavecore.viewing.page.document import encode_page
 from weavecore.weaving.sequence import find_sequence
@@ -82,6 +82,35 @@ def test_a_drag_turns_the_view_and_picks_nothing(shown: Shown) -> None:
     assert page.picture() != before
 
 
+def test_a_tap_picks_as_a_click_does(shown: Shown) -> None:
+    from selenium.webdriver.common.actions.action_builder import ActionBuilder
+    from selenium.webdriver.common.actions.interaction import POINTER_TOUCH
+    from selenium.webdriver.common.actions.pointer_input import PointerInput
+
+    page = shown()
+    x, y = place_of(page, "L03")
+    left, top = page.run("(({ x, y }) => [x, y])(canvas.getBoundingClientRect())")
+    touch = ActionBuilder(page.driver, mouse=PointerInput(POINTER_TOUCH, "finger"))
+    touch.pointer_action.move_to_location(round(left + x), round(top + y)).pointer_down().pointer_up()
+    touch.perform()
+    assert page.run("weavecorePage.picked") == "L03"
+
+
+def test_looking_at_a_rod_brings_it_near(shown: Shown) -> None:
+    page = shown()
+    page.driver.execute_script("location.hash = 'rod=A04'")
+    page.wait("!document.getElementById('card').hidden")
+    ends = "Math.hypot(...[0, 1].map((k) => weavecorePage.placeOf('A04', 0)[k] - weavecorePage.placeOf('A04', 1)[k]))"
+    before, width = page.run(ends), page.run("canvas.clientWidth")
+    page.click("#card .look")
+    page.wait("true")
+    assert page.run(ends) > 1.2 * before
+    for part in (0.0, 0.5, 1.0):
+        x, y = page.run("weavecorePage.placeOf('A04', arguments[0])", part)
+        assert 0 < x < width
+        assert 0 < y < page.run("canvas.clientHeight")
+
+
 @pytest.mark.parametrize("name", ["L02", "A04"])
 def test_the_card_tells_length_radius_utilisation_and_marks(shown: Shown, name: str) -> None:
     weave = woven()
@@ -101,7 +130,7 @@ def test_the_card_tells_length_radius_utilisation_and_marks(shown: Shown, name: 
     assert float(rows["at station"].split()[0].replace(",", "")) == pytest.approx(
         weave.bending.station_at_min[s], rel=1e-4
     )
-    assert page.text("#card .meter strong") == f"{weave.bending.utilisation[s]:.0%}"
+    assert page.text("#card .meter strong") == f"{weave.bending.utilisation[s]:,.0%}"
     marks = page.run(
         "[...document.querySelectorAll('#card tbody tr')].map((row) => [...row.children].map((c) => c.textContent))"
     )
@@ -218,6 +247,15 @@ def test_the_tab_key_comes_to_every_control_and_each_has_a_name(shown: Shown) ->
         page.press("\ue004")
         seen.add(page.run("document.activeElement.id || document.activeElement.closest('[id]')?.id"))
     assert {"canvas", "fit", "surface", "play", "step", "from", "to", "find", "list", "card", "families"} <= seen
+
+
+def test_a_surface_without_borders_is_shown(opened: Opened) -> None:
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    closed = SurfaceMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
+    page = opened(encode_page(closed))
+    page.press("n", "f", "\ue00c")
+    assert page.text("h1") == "Unnamed surface"
+    assert page.told("browser") == []
 
 
 def test_a_link_opens_it_with_the_rod_and_the_step_that_it_names(opened: Opened, content: bytes) -> None:

@@ -73,7 +73,7 @@ def weave_figures(weave: Weave) -> list[Figure]:
         figure("Least radius", with_unit(float(bending.min_radius[sharpest]), unit), rod=sharpest),
         figure(
             "Highest utilisation",
-            f"{float(bending.utilisation[worst]):.0%}",
+            f"{float(bending.utilisation[worst]):,.0%}",
             rod=worst,
             is_alarm=bool(bending.utilisation[worst] > 1),
         ),

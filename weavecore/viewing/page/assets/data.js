@@ -39,7 +39,7 @@ function stationText(value, length) {
 }
 
 function percentText(value) {
-    return value > 9.995 ? "over 999%" : `${Math.round(100 * value)}%`;
+    return `${Math.round(100 * value).toLocaleString("en")}%`;
 }
 
 /** The generations that a rod passes, rounded to whole ones. */

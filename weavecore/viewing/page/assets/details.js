@@ -10,8 +10,17 @@ function pick(rod) {
     change(changes);
 }
 
+/** Bring the eye to a rod, from the side that it is on. */
+function lookAt(rod) {
+    if (rod < 0) return;
+    stage.fit(null, rods.points.subarray(3 * rods.offsets[rod], 3 * rods.offsets[rod + 1]), 0.7);
+}
+
 function openDetails() {
     watchers.push((changes) => "picked" in changes && fillCard());
+    watchers.push((changes) => {
+        if ("picked" in changes) byId("said").textContent = state.picked < 0 ? "" : `${rods.names[state.picked]}, ${lengthText(rods.length[state.picked], 4)}`;
+    });
     fillCard();
 }
 
@@ -24,6 +33,7 @@ function fillCard() {
     swatch.style.background = cssColour(family.colour);
     card.replaceChildren(
         make("header", {}, swatch, make("h2", {}, rods.names[rod]),
+            make("button", { type: "button", class: "look", title: "Look at it (L)", onclick: () => lookAt(rod) }, "Look at it"),
             make("button", { type: "button", class: "close", "aria-label": "Let go of the rod", title: "Let go (Esc)", onclick: () => pick(-1) }, "×")),
         make("p", { class: "kind" }, `${family.name}, ${rods.closed[rod] ? "closed ring" : "open rod"}`),
         make("dl", { class: "figures" }, ...rodFigures(rod).map(([label, ...inside]) => make("div", {}, make("dt", {}, label), make("dd", {}, ...inside)))),
@@ -64,6 +74,7 @@ function markParts(rod) {
     return [
         make("h3", {}, `Marks (${marks.length})`),
         stripOf(rod, marks),
+        make("p", { class: "note" }, "Above the line: rods over it. Below: under it."),
         make("div", { class: "marks" }, make("table", {},
             make("thead", {}, make("tr", {}, ...["Station", "Other rod", "This lies"].map((text) => make("th", { scope: "col" }, text)))),
             body)),
@@ -85,9 +96,9 @@ function stripOf(rod, marks) {
     const at = (station) => (2 + (station / rods.length[rod]) * (WIDTH - 4)).toFixed(2);
     strip.append(make("svg:line", { class: "strip-rod", x1: 2, x2: WIDTH - 2, y1: middle, y2: middle }));
     for (const mark of marks) {
-        const y = mark.isOver ? middle + 5 : middle - 5;
+        const away = mark.isOver ? 1 : -1;
         const colour = cssColour(content.families[rods.family[mark.rod]].colour);
-        strip.append(make("svg:line", { class: "strip-mark", stroke: colour, x1: at(mark.station), x2: at(mark.station), y1: mark.isOver ? middle + 12 : middle - 12, y2: y }));
+        strip.append(make("svg:line", { class: "strip-mark", stroke: colour, x1: at(mark.station), x2: at(mark.station), y1: middle + 12 * away, y2: middle + 5 * away }));
     }
     if (weave.minRadius[rod] < FLOAT_MOST) {
         const x = +at(weave.stationAtMin[rod]);

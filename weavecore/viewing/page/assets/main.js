@@ -76,6 +76,7 @@ const KEYS = {
     "/": () => byId("find").focus(),
     "?": () => byId("keys").showModal(),
     f: () => stage.fit(),
+    l: () => lookAt(state.picked),
     r: reset,
     s: () => change({ hasSurface: !state.hasSurface }),
     n: () => pick(neighbourInList(1)),

@@ -55,20 +55,19 @@ const stage = {
         return (2 * Math.tan((FIELD * Math.PI) / 360)) / Math.max(canvas.clientHeight, 1);
     },
 
-    /** Look from a direction, or from where the eye is, so that all fits between what lies over the stage. */
-    fit(direction = null) {
+    /** Look from a direction, or from where the eye is, so that all points are in the picture; the view turns about their middle. */
+    fit(direction = null, points = surface.vertices, margin = 0.9) {
         if (!this.renderer) return;
+        this.stopMoving();
         const from = direction ? new THREE.Vector3(...direction) : this.camera.position.clone().sub(this.controls.target);
         from.normalize();
         const up = Math.abs(from.z) > 0.999 ? new THREE.Vector3(0, 1, 0) : new THREE.Vector3(0, 0, 1);
         const right = new THREE.Vector3().crossVectors(up, from).normalize();
         const above = new THREE.Vector3().crossVectors(from, right);
-        this.stopMoving();
-        const reach = this.reachFrom(from, right, above);
-        const centre = right.multiplyScalar(reach.x).add(above.multiplyScalar(reach.y));
-        this.controls.target.copy(centre);
-        this.camera.position.copy(centre).addScaledVector(from, reach.distance);
-        this.isFitted = true;
+        const reach = this.reachFrom(from, right, above, points, margin);
+        this.controls.target.copy(right.multiplyScalar(reach.x)).add(above.multiplyScalar(reach.y)).addScaledVector(from, reach.z);
+        this.camera.position.copy(this.controls.target).addScaledVector(from, reach.distance - reach.z);
+        this.isFitted = points === surface.vertices;
         this.ask();
     },
 
@@ -80,27 +79,24 @@ const stage = {
         this.controls.enableDamping = isDamped;
     },
 
-    /** Where the axis of the view must pass, and how far away the eye must be, for all points to be seen. */
-    reachFrom(from, right, above) {
-        const slope = Math.tan((FIELD * Math.PI) / 360), margin = 0.9;
-        const points = surface.vertices, p = new THREE.Vector3();
-        const wide = slope * this.camera.aspect * margin,
-            tall = slope * margin;
+    /** Where the axis of the view must pass, how far away the eye must be for all points to be seen, and their middle depth. */
+    reachFrom(from, right, above, points, margin) {
+        const tall = Math.tan((FIELD * Math.PI) / 360) * margin, wide = tall * this.camera.aspect;
+        const p = new THREE.Vector3();
         // Of each side of the view the point that is furthest out, as the intercept of a plane through the eye.
-        let left = Infinity, east = -Infinity, bottom = Infinity, top = -Infinity;
+        let west = Infinity, east = -Infinity, south = Infinity, north = -Infinity, near = -Infinity, far = Infinity;
         for (let k = 0; k < points.length; k += 3) {
             p.set(points[k], points[k + 1], points[k + 2]);
             const x = p.dot(right), y = p.dot(above), z = p.dot(from);
             east = Math.max(east, x + z * wide);
-            left = Math.min(left, x - z * wide);
-            top = Math.max(top, y + z * tall);
-            bottom = Math.min(bottom, y - z * tall);
+            west = Math.min(west, x - z * wide);
+            north = Math.max(north, y + z * tall);
+            south = Math.min(south, y - z * tall);
+            near = Math.max(near, z);
+            far = Math.min(far, z);
         }
-        return {
-            x: (east + left) / 2,
-            y: (top + bottom) / 2,
-            distance: Math.max((east - left) / 2 / wide, (top - bottom) / 2 / tall, 1e-6 * this.radius),
-        };
+        const distance = Math.max((east - west) / 2 / wide, (north - south) / 2 / tall, near + 0.02 * this.radius);
+        return { x: (east + west) / 2, y: (north + south) / 2, z: (near + far) / 2, distance };
     },
 
     /** Turn about the middle by angles in degrees. */
