@@ -136,7 +136,7 @@ function dotColour(joint) {
 function flagEntries(current) {
     const rod = state.picked >= 0 ? state.picked : current;
     if (rod < 0 || !isShown(rod)) return [];
-    const entries = [{ place: pointAlong(rod, rods.closed[rod] ? 0 : 0.5), text: rods.names[rod], kind: "name" }];
+    const entries = [{ place: pointAlong(rod, 0), text: rods.names[rod], kind: "name" }];
     if (state.picked >= 0 && weave && weave.minRadius[rod] < FLOAT_MOST) {
         const place = [...weave.pointAtMin.subarray(3 * rod, 3 * rod + 3)];
         entries.push({ place, text: `R ${lengthText(weave.minRadius[rod], 4)}`, kind: "radius" });
