@@ -98,12 +98,18 @@ def _place(trim: TrimCurve, face: FaceShape, vertices: EdgeVertices) -> tuple[Fl
     index = np.arange(len(along) - 1)
     if trim.against_edge:
         share, names, index = 1.0 - share[::-1], names[::-1], index[::-1]
+    uv = _along(trim.uv, travelled_shares(face, trim), share)
+    return uv, names, np.column_stack([np.full(len(index), trim.edge), index])
+
+
+def travelled_shares(face: FaceShape, trim: TrimCurve) -> Floats:
+    """Which share of its length in space a trim has travelled at each of its points (M,)."""
     steps = np.linalg.norm(np.diff(surface_points(face.surface, trim.uv), axis=0), axis=1)
     if steps.sum() == 0:
         steps = np.linalg.norm(np.diff(trim.uv, axis=0), axis=1)
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
-    uv = _along(trim.uv, travelled / travelled[-1], share)
-    return uv, names, np.column_stack([np.full(len(index), trim.edge), index])
+    shares: Floats = travelled / travelled[-1]
+    return shares
 
 
 def _place_singular(trim: TrimCurve) -> tuple[Floats, Ints, Ints]:

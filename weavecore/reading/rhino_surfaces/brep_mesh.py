@@ -17,6 +17,7 @@ from weavecore.reading.rhino_surfaces.borders import (
     face_border,
     number_vertices,
 )
+from weavecore.reading.rhino_surfaces.crease_ends import divide_at_creases
 from weavecore.reading.rhino_surfaces.filling import FacePatch, fill_face
 from weavecore.reading.rhino_surfaces.grids import FaceGrid, face_grid
 from weavecore.reading.rhino_surfaces.meshed import MeshedObject
@@ -54,7 +55,7 @@ def mesh_brep(
     closed = (shape.edge_vertices[:, 0] == shape.edge_vertices[:, 1]).tolist()
     sizes, along = graded_sizes(grids, paths, closed, limits)
     least = least_segments(shape).tolist()
-    lengths = [divide_path(*row) for row in zip(paths, along, least)]
+    lengths = divide_at_creases(shape, grids, [divide_path(*row) for row in zip(paths, along, least)])
     vertices = number_vertices(shape, paths, lengths)
     patches, vertices = _fill_all(shape, paths, grids, sizes, vertices, tell)
     joined = relaxed(join_patches(shape.faces, grids, sizes, patches, vertices), limits.chord, tell)

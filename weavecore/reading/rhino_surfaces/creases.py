@@ -38,7 +38,7 @@ class FaceCreases:
 
 def face_creases(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder) -> FaceCreases:
     """The creases of a face, divided like its edges; they end in border vertices that lie on them."""
-    lines = [(way, at) for way in (0, 1) for at in _folds(face.surface, grid, way)]
+    lines = [(way, at) for way in (0, 1) for at in folds(face.surface, grid, way)]
     places: list[Floats] = []
     segments: list[tuple[Floats, Floats]] = []
     for way, at in lines:
@@ -52,7 +52,7 @@ def face_creases(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBor
     return _numbered(np.array(places), np.array(segments), border)
 
 
-def _folds(surface: NurbsSurface, grid: FaceGrid, way: int) -> list[float]:
+def folds(surface: NurbsSurface, grid: FaceGrid, way: int) -> list[float]:
     """Parameters inside the face's box where the surface's normal jumps."""
     axis, other = (grid.u, grid.v) if way == 0 else (grid.v, grid.u)
     knots, times = np.unique(surface.knots[way], return_counts=True)
