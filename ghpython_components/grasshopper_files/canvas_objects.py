@@ -30,6 +30,9 @@ from grasshopper_files.components import (
     put_script,
 )
 
+SCRIPT_LIBRARY = "066d0a87-236f-4eae-a0f4-9e42f5327962"
+"""The plugin of Rhino that script components are part of."""
+
 MESH = "1e936df3-0eea-4246-8549-514cb8862b7a"
 SLIDER = "57da07bd-ecab-415d-9d86-af36d7073abc"
 TOGGLE = "2e78987b-9dfb-42a2-8b76-3923ac8bd91a"
@@ -130,10 +133,11 @@ def scribble(name: str, text: str, place: Place, size: float) -> Chunk:
 def component(one: Component, place: Place, wires: Mapping[str, uuid.UUID]) -> Chunk:
     """A component with its script, and the wires that come to its inputs."""
     owner = f"definition/{one.folder}"
-    chunk = Chunk("Object").put(GUID, GUID=SCRIPT_COMPONENT).put(STRING, Name=one.name)
+    chunk = Chunk("Object").put(GUID, GUID=SCRIPT_COMPONENT, Lib=SCRIPT_LIBRARY).put(STRING, Name=one.name)
     container = chunk.add("Container").put(GUID, InstanceGuid=object_id(one.folder))
     describe(container, one)
-    container.put(BOOL, GraftStandardOutputLines=True, MarshGuids=True, MarshInputs=False, MarshOutputs=True)
+    container.put(BOOL, GraftStandardOutputLines=True, MarshGuids=True, MarshInputs=True, MarshOutputs=True)
+    container.put(BOOL, UsingScriptOutputParam=False)
     container.put(INT32, ScriptComponentVersion=3).put(STRING, Tooltip=one.metadata["description"])
     columns = _columns(one)
     height = ROW * max(len(one.inputs), len(one.outputs))
@@ -145,7 +149,7 @@ def component(one: Component, place: Place, wires: Mapping[str, uuid.UUID]) -> C
             row = height / len(parameters)
             bounds = (place[0] + MARGIN + left, place[1] + MARGIN + i * row, width, row)
             _complete(data.chunk(f"{side}Param", i), parameter, bounds, wires if side == "Input" else {})
-    put_script(container, one).put(BOOL, MarshGuids=True, MarshInputs=False, MarshOutputs=True)
+    put_script(container, one).put(BOOL, MarshGuids=True, MarshInputs=True, MarshOutputs=True)
     return chunk
 
 

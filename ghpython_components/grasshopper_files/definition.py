@@ -31,6 +31,10 @@ TITLE = "weavecore: surface, offset, link, strands, export. Move a slider; switc
 _TICKS = (date(2026, 1, 1) - date(1, 1, 1)).days * 24 * 3600 * 10**7
 """The date of the file is fixed, so that the same sources give the same bytes."""
 
+_SCRIPT_VERSION = "8.6.24101.5001"
+_SCRIPT_ASSEMBLY = f"RhinoCodePluginGH, Version={_SCRIPT_VERSION}, Culture=neutral, PublicKeyToken=552281e97c755530"
+"""What the script components were saved by; later ones read them too."""
+
 _TOP, _GAP, _PAD, _LABEL = 100.0, 50.0, 34.0, 24.0
 _BETWEEN, _BELOW_WIRE = 44.0, 40.0
 _TINT = {"blue": (150, 170, 192, 222), "green": (150, 176, 214, 190), "amber": (150, 234, 206, 160)}
@@ -193,7 +197,10 @@ def _document(objects: list[Chunk]) -> Chunk:
     properties.add("Projection").put(POINT, Target=(0, 0)).put(SINGLE, Zoom=0.5)
     properties.add("Views").put(INT32, ViewCount=0)
     body.add("RcpLayout").put(INT32, GroupCount=0)
-    body.add("GHALibraries").put(INT32, Count=0)
+    library = body.add("GHALibraries").put(INT32, Count=1).add("Library", 0)
+    library.put(GUID, Id=canvas.SCRIPT_LIBRARY)
+    library.put(STRING, Author="", Name="RhinoCodePluginGH", Version="", AssemblyVersion=_SCRIPT_VERSION)
+    library.put(STRING, AssemblyFullName=_SCRIPT_ASSEMBLY)
     holder = body.add("DefinitionObjects").put(INT32, ObjectCount=len(objects))
     for i, chunk in enumerate(objects):
         chunk.index = i

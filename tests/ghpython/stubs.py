@@ -108,7 +108,7 @@ class Canvas:
             },
             data: {"GH_Path": GhPath},
             scriptcontext: {"sticky": self.sticky},
-            system: {"Object": SYSTEM_OBJECT},
+            system: {"Object": SYSTEM_OBJECT, "Int32": int},
         }
         for module, content in parts.items():
             vars(module).update(content)

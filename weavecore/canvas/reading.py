@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Optional
 
 from weavecore import pipeline
@@ -49,9 +51,8 @@ def read_geometry(
         return geometry
     if isinstance(geometry, (str, os.PathLike)):
         path = run.folder / os.fspath(geometry).strip().strip('"')
-        surface = pipeline.read_surface(
-            path, layer=layer, object=name, edge_target=edge, cut_plane=cut_plane, progress=run.progress
-        )
+        options: dict[str, Any] = {"edge_target": edge, "cut_plane": cut_plane, "progress": run.progress}
+        surface = pipeline.read_surface(path, layer=layer, object=name, guarded=_can_be_guarded(), **options)
         return in_unit(surface, run.document.unit, run.remark)
     if type(geometry).__name__ == "Guid":
         geometry = _referenced(geometry)
@@ -69,6 +70,14 @@ def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> S
     per_unit = METRES[unit] / METRES[surface.unit]
     remark(f"The file is in {surface.unit}, the document in {unit}: scaled by {1 / per_unit:g}.")
     return replace(surface, vertices=surface.vertices / per_unit, tolerance=surface.tolerance / per_unit, unit=unit)
+
+
+def _can_be_guarded() -> bool:
+    """Whether a process of its own can read a file: a damaged one would take Rhino with it.
+
+    It cannot where what runs is Rhino itself, which would only be started once more.
+    """
+    return Path(sys.executable or "").stem.lower().startswith("python")
 
 
 def _referenced(object_id: Any) -> Any:

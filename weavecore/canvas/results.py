@@ -36,7 +36,7 @@ class LatitudeResults(NamedTuple):
 class LatticeResults(NamedTuple):
     """Nodes in the lattice's order; rings and longitudes in branches by generation; pocket edges; the faces."""
 
-    nodes: Any
+    nodes: list[Any]
     rings: Any
     longitudes: Any
     pockets: list[Any]
@@ -84,7 +84,7 @@ def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
     pocket = lattice.edges[lattice.edge_family == POCKET]
     quads = fan_quads(lattice.face_offsets, lattice.face_nodes)[0]
     return LatticeResults(
-        nodes=run.drawing.points(lattice.nodes),
+        nodes=list(run.drawing.points(lattice.nodes)),
         rings=data_tree(grouped(*_columns(family[LATITUDINAL]))),
         longitudes=data_tree(grouped(*_columns(family[LONGITUDINAL]))),
         pockets=run.drawing.lines(lattice.nodes[pocket[:, 0]], lattice.nodes[pocket[:, 1]]),

@@ -14,13 +14,15 @@ def data_tree(branches: Iterable[Branch]) -> Any:
     """A ``DataTree`` of branches in their order; those of one path are put together."""
     grasshopper: Any = import_module("Grasshopper")
     paths: Any = import_module("Grasshopper.Kernel.Data")
+    system: Any = import_module("System")
     # Python's own object is no type for .NET.
-    tree = grasshopper.DataTree[import_module("System").Object]()
+    tree = grasshopper.DataTree[system.Object]()
     for path, items in branches:
         place = paths.GH_Path(*path)
         tree.EnsurePath(place)
         for item in items:
-            tree.Add(item, place)
+            # A whole number would stay one of Python's, which Grasshopper does not reckon with.
+            tree.Add(system.Int32(item) if isinstance(item, int) else item, place)
     return tree
 
 

@@ -134,6 +134,7 @@ def call_guarded(
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         env={**os.environ, **_ONE_THREAD, "PYTHONPATH": _search_path()},
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # Windows would open a console beside Rhino.
     )
     conversation = _Conversation(child, limits, progress)
     try:

@@ -32,7 +32,7 @@ def mesh_in_rhino(geometry: Any, *, edge_target: Optional[float] = None) -> list
 
     Parameters
     ----------
-    geometry : Rhino.Geometry.Brep, Surface, Extrusion or SubD
+    geometry : Rhino.Geometry.Brep, BrepFace, Surface, Extrusion or SubD
     edge_target : float, optional
         Longest wanted edge, in the model's unit; a fiftieth of the size where it is not given.
 
@@ -50,8 +50,8 @@ def mesh_in_rhino(geometry: Any, *, edge_target: Optional[float] = None) -> list
     if hasattr(geometry, "Subdivide"):
         meshes = [rg.Mesh.CreateFromSubD(geometry, _density(geometry))]
     else:
-        brep = geometry if hasattr(geometry, "Loops") else _brep_of(geometry)
-        meshes = list(rg.Mesh.CreateFromBrep(brep, _parameters(rg, geometry, edge_target)) or ())
+        brep = _brep_of(geometry)
+        meshes = list(rg.Mesh.CreateFromBrep(brep, _parameters(rg, brep, edge_target)) or ())
     meshes = [mesh for mesh in meshes if mesh is not None]
     if not meshes:
         raise Degenerate(
@@ -62,14 +62,16 @@ def mesh_in_rhino(geometry: Any, *, edge_target: Optional[float] = None) -> list
 
 
 def _brep_of(geometry: Any) -> Any:
-    """The Brep of a surface; an extrusion is asked to split its kinks, so that faces are smooth."""
-    if hasattr(geometry, "PathTangent"):
-        return geometry.ToBrep(True)
-    return geometry.ToBrep()
+    """The Brep of a surface, with its trims; an extrusion is asked to split its kinks, so that faces are smooth."""
+    if hasattr(geometry, "DuplicateFace"):
+        return geometry.DuplicateFace(False)
+    if hasattr(geometry, "Loops"):
+        return geometry
+    return geometry.ToBrep(True) if hasattr(geometry, "PathTangent") else geometry.ToBrep()
 
 
-def _parameters(rg: Any, geometry: Any, edge_target: Optional[float]) -> Any:
-    size = geometry.GetBoundingBox(True).Diagonal.Length
+def _parameters(rg: Any, brep: Any, edge_target: Optional[float]) -> Any:
+    size = brep.GetBoundingBox(True).Diagonal.Length
     parameters = rg.MeshingParameters()
     parameters.JaggedSeams = False
     parameters.SimplePlanes = False

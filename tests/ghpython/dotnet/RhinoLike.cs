@@ -58,6 +58,8 @@ namespace Rhino.Geometry
         public static Vector3d operator -(Point3d a, Point3d b) { return new Vector3d(a.X - b.X, a.Y - b.Y, a.Z - b.Z); }
     }
 
+    public struct Point3f { public float X, Y, Z; }
+
     [StructLayout(LayoutKind.Sequential, Pack = 8, Size = 24)]
     public struct Vector3d
     {
@@ -176,6 +178,10 @@ namespace Rhino.Geometry
             foreach (var p in vertices)
                 m_points.Add(UseDoublePrecisionVertices ? p : new Point3d((float)p.X, (float)p.Y, (float)p.Z));
         }
+        public void AddVertices(IEnumerable<Point3f> vertices)
+        {
+            throw new NotSupportedException("single precision was chosen");
+        }
         public Point3d[] ToPoint3dArray() { return m_points.ToArray(); }
     }
 
@@ -274,6 +280,14 @@ namespace Rhino.Geometry
         public override BoundingBox GetBoundingBox(bool accurate) { return new BoundingBox(m_patch.Corners); }
     }
 
+    public class BrepFace : Surface
+    {
+        public BrepFace(Patch patch) { m_patch = patch; }
+        public IList<Patch> Loops { get { return new[] { m_patch }; } }
+        public Brep DuplicateFace(bool duplicateMeshes) { return base.ToBrep(); }
+        public new Brep ToBrep() { throw new NotSupportedException("its trims would be lost"); }
+    }
+
     public class PlaneSurface : Surface
     {
         public PlaneSurface(Patch patch) { m_patch = patch; }
@@ -334,6 +348,8 @@ namespace Grasshopper
             return branch;
         }
         public void Add(T data, GH_Path path) { EnsurePath(path).Add(data); }
+        // What .NET sees of an item: that it is a number of Python's would not show in Python.
+        public string TypeNameOf(int branch, int item) { return Branch(branch)[item].GetType().FullName; }
     }
 }
 
@@ -347,15 +363,23 @@ namespace Grasshopper.Kernel
         public string FilePath { get; set; }
         public static bool IsEscapeKeyDown() { return EscapeKeyDown; }
     }
-    public class Param { public string Name { get; set; } public string NickName { get; set; } public int SourceCount { get; set; } }
-    public class ComponentParams { public List<Param> Input { get; } = new List<Param>(); }
+    public interface IGH_InstanceDescription { string Name { get; set; } string NickName { get; set; } }
+    public interface IGH_Param : IGH_InstanceDescription { int SourceCount { get; } }
+    public class Param : IGH_Param
+    {
+        public string Name { get; set; }
+        public string NickName { get; set; }
+        public int SourceCount { get; set; }
+    }
+    public class ComponentParams { public List<IGH_Param> Input { get; } = new List<IGH_Param>(); }
     public class Component
     {
         public Guid InstanceGuid { get; } = Guid.NewGuid();
         public string Message { get; set; }
         public ComponentParams Params { get; } = new ComponentParams();
         public List<string> Messages { get; } = new List<string>();
-        public GH_Document OnPingDocument() { return null; }
+        public GH_Document Document { get; set; }
+        public GH_Document OnPingDocument() { return Document; }
         public void AddRuntimeMessage(GH_RuntimeMessageLevel level, string text) { Messages.Add(level + ": " + text); }
     }
 }

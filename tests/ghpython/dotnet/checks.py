@@ -163,8 +163,8 @@ def the_edge_target_is_kept() -> None:
     rg = geometry()
     surface = pipeline.surface_from(rg.PlaneSurface(patch(0, 0, 0, 6, 0, 0, 0, 4, 0)), edge_target=2.0)
     assert surface.n_faces == 12
-    extrusion = pipeline.surface_from(rg.Extrusion(patch(0, 0, 0, 6, 0, 0, 0, 4, 0)), edge_target=2.0)
-    assert extrusion.n_faces == 12
+    for kind in (rg.Extrusion, rg.BrepFace):
+        assert pipeline.surface_from(kind(patch(0, 0, 0, 6, 0, 0, 0, 4, 0)), edge_target=2.0).n_faces == 12
 
 
 @check
@@ -246,11 +246,14 @@ def all_components_run_on_dotnet_geometry() -> None:
         assert str(parents.Path(1)) == "{1;0}"
         assert list(parents.Branch(1)) == [0]
         lattice, nodes, rings, *_ = run("Weave_Link", latitudes=latitudes)
-        assert nodes.Length == lattice.n_nodes
+        assert [type(nodes), len(nodes)] == [list, lattice.n_nodes]
         assert rings.BranchCount == latitudes.n_generations
-        weave, rods, names, *_ = run("Weave_Strands", lattice=lattice)
+        weave, rods, names, layers, utilisation = run("Weave_Strands", lattice=lattice)
         assert sum(rods.Branch(i).Count for i in range(rods.BranchCount)) == len(weave)
         assert names.Branch(0)[0] == weave.ids[0]
+        trees = parents, names, utilisation, layers
+        kinds = [tree.TypeNameOf(1, 0) for tree in trees]
+        assert kinds == ["System.Int32", "System.String", "System.Double", "System.Int32"]
         assert run("Weave_Measure", value=weave)[2] > 0.5
         assert run("Weave_Export", value=weave)[0] is None
     plain = pipeline.link(pipeline.offset(pipeline.surface_from((points, quads)), spacing=12.0))
@@ -270,6 +273,43 @@ def an_object_of_the_document_is_found_by_its_id() -> None:
         component = make_component("Weave_Surface")
         assert run("Weave_Surface", component=component, geometry=Guid.NewGuid())[0] is None
         assert "NO_SURFACE" in component.Messages[0]
+
+
+@check
+def what_is_wired_is_seen_on_interfaces() -> None:
+    component = make_component("Weave_Offset")
+    assert run("Weave_Offset", component=component) == (None, None, None)
+    assert list(component.Messages) == []
+    component.Params.Input[0].__implementation__.SourceCount = 1
+    assert run("Weave_Offset", component=component) == (None, None, None)
+    assert list(component.Messages) == ["Warning: surface: nothing comes through the wire."]
+
+
+@check
+def files_belong_beside_the_definition() -> None:
+    from Grasshopper.Kernel import GH_Document
+
+    component = make_component("Weave_Surface")
+    component.Document = GH_Document()
+    component.Document.FilePath = str(ROOT / "sample_files" / "house.gh")
+    assert run("Weave_Surface", component=component, geometry="hemisphere.3dm")[0].n_faces > 1000
+
+
+@check
+def escape_cancels() -> None:
+    from Grasshopper.Kernel import GH_Document
+
+    from weavecore import pipeline
+
+    component = make_component("Weave_Offset")
+    points, quads = grid(40)
+    GH_Document.EscapeKeyDown = True
+    try:
+        outputs = run("Weave_Offset", component=component, surface=pipeline.surface_from((points, quads)), spacing=9.0)
+    finally:
+        GH_Document.EscapeKeyDown = False
+    assert outputs == (None, None, None)
+    assert list(component.Messages) == ["Remark: Cancelled. Recompute to go on."]
 
 
 @check
