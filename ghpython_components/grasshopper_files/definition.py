@@ -99,8 +99,8 @@ def _stages(geometry: Any) -> list[_Stage]:
             "2 Offset",
             "Weave_Offset",
             "blue",
-            {"surface": out("Weave_Surface", "surface"), "spacing": of("spacing")},
-            [canvas.slider("spacing", 30.0, 10.0, 100.0, 1, at)],
+            {"surface": out("Weave_Surface", "surface"), "spacing": of("spacing"), "method": of("method")},
+            [canvas.slider("spacing", 30.0, 10.0, 100.0, 1, at), canvas.value_list("method", ("levels", "fronts"), at)],
         ),
         _Stage(
             "3 Link",

@@ -19,6 +19,9 @@ from grasshopper_files.archive import Chunk, decode_archive, encode_archive
 from grasshopper_files.components import read_component, script_text
 from grasshopper_files.xml_archive import decode_xml
 from weavecore import pipeline
+from weavecore.linking.derived import PATTERN_NAMES
+from weavecore.pipeline import METHODS
+from weavecore.weaving.materials import known_materials
 
 SAMPLE = Path(build.SAMPLE)
 
@@ -116,6 +119,18 @@ def test_moving_a_slider_changes_what_hangs_on_it(workflow: Chunk, canvas: Canva
     assert after.rod_diameter == 2.0
     assert after is not before
     assert after.lattice is before.lattice, "the lattice was computed again"
+
+
+def test_the_lists_offer_what_weavecore_knows(workflow: Chunk) -> None:
+    known = {"method": METHODS, "pattern": PATTERN_NAMES, "material": known_materials()}
+    inputs = {p["name"]: p["description"] for name in NAMES for p in read_component(COMPONENTS / name).inputs}
+    for name, values in known.items():
+        container = Definition(workflow).named(name).container
+        items = [container.chunk("ListItem", i) for i in range(container.get("ListCount"))]
+        assert [item.get("Name") for item in items] == list(values), name
+        assert [value for value in values if value not in inputs[name]] == [], name
+        (chosen,) = (item.get("Name") for item in items if item.get("Selected"))
+        assert f"Default: {chosen}." in inputs[name]
 
 
 def test_two_builds_give_the_same_bytes(files: dict[str, bytes], tmp_path: Path) -> None:
