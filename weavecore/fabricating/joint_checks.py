@@ -41,8 +41,8 @@ def check_marks(folder: Folder) -> Iterator[Finding]:
     yield worst("mark_sides_differ_mm", off, MARK_LIMIT, [marks["joint_id"][k] for k in rows])
     length = dict(zip(rods["rod_id"], rods.floats("length").tolist()))
     begin = dict(zip(pieces["piece_id"], pieces.floats("from").tolist()))
-    long = np.array([length[rod] for rod in marks["rod_id"]])
-    off = marks.floats("from_start") + np.array([begin[piece] for piece in marks["piece_id"]]) - station
+    long = np.array([length.get(rod, np.nan) for rod in marks["rod_id"]])
+    off = marks.floats("from_start") + np.array([begin.get(piece, np.nan) for piece in marks["piece_id"]]) - station
     off = np.abs(off - np.round(off / long) * long)
     yield worst("mark_off_its_station_mm", off, 0.003, marks["piece_id"])
 

@@ -85,7 +85,7 @@ def check_splices(folder: Folder) -> Iterator[Finding]:
     yield count("splice_overlap_too_short", [ids[k] for k in np.flatnonzero(short)])
     yield worst("splice_utilisation", splices.floats("utilisation"), MOST_UTILISED, ids)
     nearest = splices.floats("nearest_splice")
-    beside = nearest < OVERLAP_DIAMETERS * thick
+    beside = nearest < splices.floats("wanted_apart")
     yield count("splice_beside_another", [ids[k] for k in np.flatnonzero(beside)])
 
 
@@ -101,7 +101,7 @@ def check_bom(folder: Folder) -> Iterator[Finding]:
     density, diameter = bom.floats("density")[0], bom.floats("diameter")[0]
     if density > 0:
         mass = cut * np.pi / 4 * diameter**2 * density * 1e-9
-        yield Finding("bom_mass_off_pct", float(abs(bom.floats("mass")[0] / mass - 1) * 100) if mass else 0.0, 0.1)
+        yield Finding("bom_mass_off_kg", float(abs(bom.floats("mass")[0] - mass)), 1e-4)
     longest = joints.floats("tie_length").max(initial=0.0)
     yield Finding("tie_longer_than_bought_mm", float(longest), float(bom.floats("tie_size")[0]) if len(joints) else 0.0)
 

@@ -11,6 +11,7 @@ from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
 from weavecore.fabricating.nesting import Bar
 from weavecore.fabricating.pieces import Piece, Splice
 from weavecore.fabricating.plan import RodPlan
+from weavecore.fabricating.splice_candidates import stagger
 from weavecore.fabricating.table import Table, listed, mm, number, yes_no
 from weavecore.fabricating.ties import Ties
 from weavecore.model import FAMILIES, BuildSequence
@@ -66,7 +67,7 @@ def pieces_table(plan: RodPlan, pieces: Sequence[Piece], bars: Sequence[Bar]) ->
 
 def splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
     """One row a splice."""
-    columns = "splice_id,rod_id,kind,from,to,length,n_crossings,utilisation,nearest_splice"
+    columns = "splice_id,rod_id,kind,from,to,length,n_crossings,utilisation,nearest_splice,wanted_apart"
     rows = [
         (
             one.id,
@@ -78,6 +79,7 @@ def splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
             one.n_crossings,
             number(one.utilisation, 4),
             mm(one.nearest),
+            mm(stagger(plan)),
         )
         for one in splices
     ]

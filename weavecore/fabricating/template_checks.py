@@ -59,7 +59,7 @@ def _marks(folder: Folder) -> Floats:
     marks, pieces = folder.table("marks"), folder.table("pieces")
     row = {piece: k for k, piece in enumerate(pieces["piece_id"])}
     ticks = {
-        (row[piece], int(number)): at
+        (row.get(piece, -1), int(number)): at
         for piece, number, at in zip(marks["piece_id"], marks["no"], marks.floats("from_start").tolist())
     }
     return np.array(sorted((key[0], at) for key, at in ticks.items()), np.float64).reshape(-1, 2)

@@ -1,0 +1,171 @@
+"""Templates are 1:1 and read back: DXF by ezdxf, SVG as XML, PDF by pypdf."""
+
+from __future__ import annotations
+
+import io
+import sys
+from xml.etree import ElementTree as ET
+
+import ezdxf
+import numpy as np
+import pypdf
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabricated import SHELL, made, make, table
+from weavecore.errors import Unsupported
+from weavecore.fabricating.marks import mark_pieces
+from weavecore.fabricating.pieces import cut_rods
+from weavecore.fabricating.plan import plan_rods
+from weavecore.fabricating.summary import Fabrication
+from weavecore.fabricating.templates import ROW, sections_of, spread, strips_of
+from weavecore.fabricating.workshop import PAPERS, Workshop
+from woven_rods import woven_sample, woven_tube
+
+ALL = Workshop()
+SVG = "{http://www.w3.org/2000/svg}"
+MM = 72 / 25.4
+
+
+def folder() -> Fabrication:
+    return made(SHELL, "triangular", ALL)
+
+
+def ticks_of(made_folder: Fabrication) -> list[tuple[int, float]]:
+    """Row of the piece, and distance from its start, of every tick that the marks ask for."""
+    marks, pieces = table(made_folder, "marks"), table(made_folder, "pieces")
+    row = {piece: k for k, piece in enumerate(pieces["piece_id"])}
+    return sorted({(row[p], no, at) for p, no, at in zip(marks["piece_id"], marks["no"], marks.floats("from_start"))})
+
+
+def test_ticks_of_the_dxf_are_the_marks() -> None:
+    document = ezdxf.read(io.StringIO(folder().files["templates.dxf"].decode()))
+    assert document.dxfversion == "AC1024"
+    assert (document.header["$INSUNITS"], document.header["$MEASUREMENT"]) == (4, 1)
+    assert not document.audit().errors
+    space = document.modelspace()
+    found = sorted(
+        (-line.dxf.start.y - line.dxf.end.y, line.dxf.start.x) for line in space.query('LINE[layer=="TICKS"]')
+    )
+    wanted = sorted((row, at) for row, _, at in ticks_of(folder()))
+    assert len(found) == len(wanted)
+    assert np.allclose([row for row, _ in found], [(2 * row + 1) * ROW for row, _ in wanted])
+    assert np.allclose([x for _, x in found], [at for _, at in wanted], atol=0.001)
+
+
+def test_texts_of_the_dxf_name_every_piece_at_both_ends_and_every_rod_that_crosses() -> None:
+    document = ezdxf.read(io.StringIO(folder().files["templates.dxf"].decode()))
+    texts = [text.dxf.text for text in document.modelspace().query("TEXT")]
+    for piece in table(folder(), "pieces")["piece_id"]:
+        assert texts.count(piece) == 2
+    marks = table(folder(), "marks")
+    crossings = [f"{side} {other}" for side, other in zip(marks["over_under"], marks["other_rod"]) if other]
+    assert sorted(text for text in texts if text.startswith(("over ", "under "))) == sorted(crossings)
+    statement = document.header.custom_vars.get("weavecore")
+    assert "weavecore 1.2.3" in statement
+    assert "unit mm" in statement
+    assert "0" * 64 in statement
+
+
+def test_the_scale_bars_are_100_mm() -> None:
+    document = ezdxf.read(io.StringIO(folder().files["templates.dxf"].decode()))
+    bar = max(
+        document.modelspace().query('LINE[layer=="SCALE"]'), key=lambda line: abs(line.dxf.end.x - line.dxf.start.x)
+    )
+    assert abs(bar.dxf.end.x - bar.dxf.start.x) == pytest.approx(100.0)
+    root = ET.fromstring(folder().files["templates.svg"])
+    lines = [one for group in root.iter(f"{SVG}g") if group.get("id") == "SCALE" for one in group.iter(f"{SVG}line")]
+    assert max(float(one.get("x2")) - float(one.get("x1")) for one in lines) == pytest.approx(100.0)
+    for page in pypdf.PdfReader(io.BytesIO(folder().files["templates.pdf"])).pages[:2]:
+        assert 100.0 in [pytest.approx(length, abs=0.01) for length in horizontal_lines(page)]
+
+
+def horizontal_lines(page: pypdf.PageObject) -> list[float]:
+    """Lengths in millimetres, which the page is scaled to."""
+    operations = pypdf.generic.ContentStream(page.get_contents(), page.pdf).operations
+    scales = [tuple(map(float, operands)) for operands, operator in operations if operator == b"cm"]
+    assert scales[1 if len(scales) > 1 and scales[0][:4] == (1, 0, 0, 1) else 0][0] == pytest.approx(MM, abs=1e-4)
+    lengths, start = [], None
+    for operands, operator in operations:
+        if operator == b"m":
+            start = [float(x) for x in operands]
+        elif operator == b"l" and start is not None and float(operands[1]) == start[1]:
+            lengths.append(abs(float(operands[0]) - start[0]))
+    return lengths
+
+
+def test_the_svg_is_as_many_millimetres_as_it_says_and_holds_all_it_draws() -> None:
+    root = ET.fromstring(folder().files["templates.svg"])
+    _, _, width, height = (float(part) for part in root.get("viewBox", "").split())
+    assert (root.get("width"), root.get("height")) == (f"{width:.3f}mm", f"{height:.3f}mm")
+    assert width > table(folder(), "pieces").floats("cut_length").max()
+    for line in root.iter(f"{SVG}line"):
+        assert all(0 <= float(line.get(key, "nan")) <= width for key in ("x1", "x2"))
+        assert all(0 <= float(line.get(key, "nan")) <= height for key in ("y1", "y2"))
+    ticks = [one for group in root.iter(f"{SVG}g") if group.get("id") == "TICKS" for one in group.iter(f"{SVG}line")]
+    assert len(ticks) == len(ticks_of(folder()))
+    assert "input sha256" in root.findtext(f"{SVG}title", "")
+
+
+def test_the_pdf_has_every_piece_on_pages_of_the_paper() -> None:
+    reader = pypdf.PdfReader(io.BytesIO(folder().files["templates.pdf"]))
+    text = "\n".join(page.extract_text() for page in reader.pages)
+    for page in reader.pages:
+        assert (float(page.mediabox.width) / MM, float(page.mediabox.height) / MM) == pytest.approx(
+            PAPERS["A3"], abs=0.01
+        )
+    pieces = table(folder(), "pieces")
+    for piece, length in zip(pieces["piece_id"], pieces.floats("cut_length")):
+        assert piece in text
+        assert f"end, cut {length:.1f}" in text
+    assert "input sha256" in str(reader.metadata.subject)
+    assert reader.viewer_preferences.print_scaling == "/None"
+
+
+def test_sections_on_the_pages_have_every_mark_once() -> None:
+    plan = plan_rods(woven_sample(SHELL, "triangular"), 1.0)
+    pieces, _ = cut_rods(plan, ALL)
+    for strip in strips_of(pieces, mark_pieces(plan, pieces)):
+        sections = sections_of(strip, 300.0)
+        assert [mark for section in sections for mark in section.marks] == list(strip.marks)
+        assert sections[0].low == 0.0
+        assert sections[-1].high == strip.piece.cut_length
+        assert all(a.high == b.low and a.high - a.low == 300.0 for a, b in zip(sections, sections[1:]))
+
+
+@given(st.lists(st.tuples(st.floats(0, 200), st.integers(1, 4)), max_size=30))
+def test_labels_never_lie_on_each_other_and_stay_where_there_is_room(ticks: list[tuple[float, int]]) -> None:
+    wanted = sorted(at for at, _ in ticks)
+    widths = [3.5 * count for _, count in ticks]
+    places = spread(wanted, widths, low=0.0, high=200.0)
+    gaps = [b - a - (v + w) / 2 for a, b, v, w in zip(places, places[1:], widths, widths[1:])]
+    assert all(gap >= -1e-9 for gap in gaps)
+    if sum(widths) <= 200.0 and places:
+        assert places[0] - widths[0] / 2 >= -1e-9
+        assert places[-1] + widths[-1] / 2 <= 200.0 + 1e-9
+
+
+def test_labels_with_room_stand_at_their_ticks() -> None:
+    assert spread([20.0, 60.0, 63.0, 150.0], [7.0] * 4, low=0.0, high=200.0) == [20.0, 58.0, 65.0, 150.0]
+
+
+def test_only_the_templates_that_are_asked_for_are_drawn() -> None:
+    files = make(woven_tube("quad"), Workshop(templates=("svg",))).files
+    assert [name for name in files if name.startswith("templates")] == ["templates.svg"]
+
+
+@pytest.mark.parametrize(("library", "template"), [("ezdxf", "dxf"), ("reportlab", "pdf")])
+def test_a_missing_library_is_named_with_the_extra(
+    library: str, template: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(Unsupported, match=rf"{library}.*weavecore\[fabricate\].*--templates svg"):
+        make(woven_tube("quad"), Workshop(templates=(template,)))
+    assert "bom.csv" in make(woven_tube("quad"), Workshop(templates=("svg",))).files
+
+
+def test_the_same_weave_gives_the_same_templates() -> None:
+    weave = woven_tube("diagonal")
+    one, other = make(weave, ALL).files, make(weave, ALL).files
+    assert [name for name in one if one[name] != other[name]] == []
