@@ -37,6 +37,10 @@ def take(run: Run, x: Any) -> tuple[SurfaceMesh]:
     return (read_geometry(run, x),)
 
 
+def take_with_edges(run: Run, x: Any) -> tuple[SurfaceMesh]:
+    return (read_geometry(run, x, edge=0.05),)
+
+
 def tell_document(run: Run, x: Any) -> tuple[DocumentUnit]:
     return (run.document,)
 
@@ -131,6 +135,15 @@ def test_a_file_in_another_unit_is_scaled_to_the_documents(canvas: Canvas, metre
     assert surface.tolerance == pytest.approx(1e-5)
     mesh = rhino3dm.File3dm.Read(dome).Objects[0].Geometry
     assert np.array_equal(surface.vertices, rhino_vertices(mesh) / 1000.0)
+
+
+def test_the_edge_is_in_the_documents_unit(canvas: Canvas, metres: Any, tmp_path: Path) -> None:
+    model = rhino3dm.File3dm()
+    model.Settings.ModelUnitSystem = rhino3dm.UnitSystem.Millimeters
+    model.Objects.AddBrep(rhino_shapes.tube(radius=300.0, height=500.0))
+    assert model.Write(str(tmp_path / "tube.3dm"), 7)
+    surface = run_once(take_with_edges, x=str(tmp_path / "tube.3dm"))["y"]
+    assert 0.03 < np.median(surface.edge_lengths) < 0.06, "metres, as the surface"
 
 
 def test_geometry_in_memory_has_the_documents_unit_and_tolerance(canvas: Canvas, metres: Any) -> None:

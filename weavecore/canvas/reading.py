@@ -15,7 +15,7 @@ from weavecore.canvas.solving import Run
 from weavecore.errors import NoSurface
 from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import plane_from
-from weavecore.units import METRES
+from weavecore.units import METRES, Length
 
 
 def read_geometry(
@@ -51,9 +51,11 @@ def read_geometry(
         return geometry
     if isinstance(geometry, (str, os.PathLike)):
         path = run.folder / os.fspath(geometry).strip().strip('"')
-        options: dict[str, Any] = {"edge_target": edge, "cut_plane": cut_plane, "progress": run.progress}
+        unit = run.document.unit
+        target = Length(edge, unit) if edge is not None and unit in METRES else edge
+        options: dict[str, Any] = {"edge_target": target, "cut_plane": cut_plane, "progress": run.progress}
         surface = pipeline.read_surface(path, layer=layer, object=name, guarded=_can_be_guarded(), **options)
-        return in_unit(surface, run.document.unit, run.remark)
+        return in_unit(surface, unit, run.remark)
     if type(geometry).__name__ == "Guid":
         geometry = _referenced(geometry)
     unit, tolerance = run.document
