@@ -57,6 +57,7 @@ function openScene() {
     stage.scene.add(surfaceMesh, rodMesh.mesh, dots);
     stage.beforeDrawing.push(() => {
         rodMesh.uniforms.pixel.value = stage.pixelSize();
+        rodMesh.flatten(rods.radius / (stage.pixelSize() * stage.camera.near) < ROUND_PIXELS[0]);
         dots.material.uniforms.across.value = 11 * stage.renderer.getPixelRatio();
         flags.put();
     });
@@ -176,6 +177,7 @@ const pickRod = (() => {
 
 function setPicking(isPicking) {
     rodMesh.uniforms.picking.value = isPicking;
+    rodMesh.flatten(isPicking);
     surfaceMesh.material.uniforms.picking.value = isPicking;
     dots.visible = !isPicking && dots.geometry.hasAttribute("position");
 }
