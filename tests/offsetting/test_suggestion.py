@@ -66,3 +66,13 @@ def test_round_numbers_are_near_and_short(length: float) -> None:
 
 def test_equilateral_triangles_are_as_high_as_the_spacing() -> None:
     assert spacing_for_edges(2.0) == pytest.approx(3**0.5)
+
+
+def test_rings_do_not_jump_across_a_deep_thin_tube() -> None:
+    """A fifteenth of the depth would be five radii."""
+    turn, height = np.meshgrid(2 * np.pi * np.arange(24) / 24, np.linspace(0, 150, 301))
+    points = np.c_[np.cos(turn).ravel(), np.sin(turn).ravel(), height.ravel()]
+    here = np.arange(24 * 300)
+    right = here // 24 * 24 + (here + 1) % 24
+    faces = np.concatenate([np.c_[here, right, right + 24], np.c_[here, right + 24, here + 24]])
+    assert suggest_spacing(SurfaceMesh(points, faces)) <= 1.6

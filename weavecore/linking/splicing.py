@@ -56,8 +56,19 @@ def splice(zipped: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -
     is_bad[stretch[:n_zipped][bad]] = True
     is_zipped = np.zeros(len(is_bad), bool)
     is_zipped[stretch[:n_zipped]] = True
-    kept = np.where(np.arange(n) < n_zipped, ~is_bad[stretch], is_bad[stretch] | ~is_zipped[stretch])
-    return BandFaces(both.corners[kept], both.band[kept])
+    in_zip = np.arange(n) < n_zipped
+    kept = np.where(in_zip, ~is_bad[stretch], is_bad[stretch] | ~is_zipped[stretch])
+    # Around small rings two nodes may be joined on either side; then the two kinds do not go together.
+    clashing = np.isin(both.band, _bands_with_double_sides(both.where(kept))) & np.isin(both.band, filled.band)
+    return both.where(np.where(clashing, ~in_zip, kept))
+
+
+def _bands_with_double_sides(faces: BandFaces) -> Ints:
+    """Bands of the faces that have a side in common with another one, run the same way."""
+    tail, head, face = faces.sides()
+    _, side, times = np.unique(np.c_[tail, head], axis=0, return_inverse=True, return_counts=True)
+    bands: Ints = np.unique(faces.band[face[times[side.ravel()] > 1]])
+    return bands
 
 
 def are_among(tail: Ints, head: Ints, edges: Ints) -> Bools:

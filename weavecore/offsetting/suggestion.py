@@ -24,6 +24,9 @@ FEWEST_GENERATIONS = 5
 EDGES_PER_SPACING = 3.0
 """A spacing of fewer mean edges than this would show the facets of the mesh rather than its shape."""
 
+MOST_BEND = 1.5
+"""Radians that the surface may turn over one spacing, on the mean: more, and the rings would cut through its tubes."""
+
 _FEW_FACES = 2000  # such a mesh may be coarser than the surface is deep
 _FEWEST_EDGES = 12  # across a square of the surface's area
 
@@ -51,8 +54,17 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
         depth = _depth_along_edges(surface)
     if depth == 0:  # All vertices lie on borders still: as deep as the circle in the widest face.
         depth = 2 * float((areas / surface.edge_lengths.reshape(-1, 3).sum(1)).max())
-    spacing = max(depth / N_GENERATIONS, min(EDGES_PER_SPACING * mean_edge, depth / FEWEST_GENERATIONS))
-    return round_friendly(spacing)
+    wanted = min(depth / N_GENERATIONS, MOST_BEND * _mean_radius(surface, float(areas.sum())))
+    return round_friendly(max(wanted, min(EDGES_PER_SPACING * mean_edge, depth / FEWEST_GENERATIONS)))
+
+
+def _mean_radius(surface: SurfaceMesh, area: float) -> float:
+    """One over the mean of the curvature over the surface: the turn at each edge, times its length, over the area."""
+    halfedge = np.flatnonzero(surface.twins > np.arange(len(surface.twins)))
+    one, other = surface.face_normals[halfedge // 3], surface.face_normals[surface.twins[halfedge] // 3]
+    turn = np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(1))
+    bend = float((turn * surface.edge_lengths[halfedge]).sum())
+    return area / bend if bend > 0 else math.inf
 
 
 def spacing_for_edges(edge_length: float) -> float:
