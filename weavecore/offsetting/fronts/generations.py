@@ -12,14 +12,16 @@ from weavecore.offsetting.fronts.judging import find_room, find_uncovered, stop_
 from weavecore.offsetting.fronts.laying import lay_children
 from weavecore.offsetting.fronts.meeting import meet_themselves
 from weavecore.offsetting.fronts.rays import Rays, cast_rays, end_steps
-from weavecore.offsetting.fronts.regrouping import Regrouped, regroup
+from weavecore.offsetting.fronts.regrouping import regroup
 from weavecore.offsetting.fronts.seeds import seed_curves, seed_walls
+from weavecore.offsetting.fronts.unfolding import unfold
 from weavecore.tolerances import LEAST_CAP
 
 STEPS_PER_SPACING = 10.0
 """A front has about so many vertices on a length of one spacing."""
 
 _STEPS_PER_CAP = 4.0
+_MOST_ROUNDS = 5
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -53,16 +55,17 @@ def cover(ground: Ground, *, spacing: float, progress: Progress = None) -> list[
 
 def offset_once(ground: Ground, rays: Rays) -> Curves:
     """The children of some fronts, regrouped until none crosses any (§4.3, §4.4), where no front has been."""
-    _, regrouped, is_new = _regroup_children(ground, rays)
-    return regrouped.curves.take(is_new)
-
-
-def _regroup_children(ground: Ground, rays: Rays) -> tuple[Curves, Regrouped, Bools]:
-    """The raw children of some fronts, the loops that they make, and which of these bound what is not covered."""
     ends = end_steps(ground, rays)
-    raw = lay_children(ground, rays, ends)
-    regrouped = regroup(ground, raw, meet_themselves(ground, raw))
-    return raw, regrouped, find_uncovered(ground, rays, ends, raw, regrouped)
+    curves = lay_children(ground, rays, ends)
+    meetings = meet_themselves(ground, curves)
+    for _ in range(_MOST_ROUNDS):
+        regrouped = regroup(ground, curves, meetings)
+        curves = unfold(ground, regrouped.curves.take(find_uncovered(ground, rays, ends, curves, regrouped)))
+        # Where several cross in one place, rounding may leave a pair.
+        meetings = meet_themselves(ground, curves)
+        if len(meetings) == 0:
+            break
+    return curves
 
 
 def _are_deep(ground: Ground, fronts: Curves, *, spacing: float) -> Bools:
@@ -74,7 +77,11 @@ def _are_deep(ground: Ground, fronts: Curves, *, spacing: float) -> Bools:
         return np.zeros(0, bool)
     cap = LEAST_CAP * spacing
     rays = cast_rays(ground, seed_curves(ground, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
-    raw, regrouped, is_left = _regroup_children(ground, stop_at(ground, rays, fronts))
+    rays = stop_at(ground, rays, fronts)
+    ends = end_steps(ground, rays)
+    raw = lay_children(ground, rays, ends)
+    regrouped = regroup(ground, raw, meet_themselves(ground, raw))
+    is_left = find_uncovered(ground, rays, ends, raw, regrouped)
     group = np.zeros(len(fronts), np.int64)
     group[raw.owner[regrouped.segment]] = regrouped.group[regrouped.curves.owner]
     return np.isin(group, regrouped.group[is_left])

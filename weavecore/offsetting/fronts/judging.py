@@ -14,16 +14,17 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.offsetting.fronts.chords import measure_chords
 from weavecore.offsetting.fronts.ground import Curves, Ground
-from weavecore.offsetting.fronts.laying import measure_chords
 from weavecore.offsetting.fronts.meeting import Meetings, rays_meet
 from weavecore.offsetting.fronts.rays import BEYOND, Ends, Rays
 from weavecore.offsetting.fronts.regrouping import Regrouped, lengths_of
+from weavecore.tolerances import LEAST_CAP
 
 _SHORT_OF_THE_END = 0.95
 """A loop that steps cross within this part of their length is covered there."""
 
-_MOST_COVERED = 0.2
+_MOST_COVERED = 0.6
 _FLATTEST = 0.2
 """Sine of the angle at which a ray crosses a loop; a lesser one counts as this."""
 
@@ -31,6 +32,9 @@ _ASKED, _NEAREST = 24, 6
 """So many vertices of a loop, and so many starts of rays about each, are asked how far they are apart."""
 
 _MOST_NEAR = 0.3
+
+_SHORT, _ROUND = 0.5, 0.02
+"""Steps along a loop up to which it is small; area of a loop over the square of its length: 0.08 of a circle."""
 
 _OFF_THE_START = 1e-3
 """Parts of its step within which a ray is still at its own front."""
@@ -56,6 +60,8 @@ def find_uncovered(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regroupe
     best = tally.reshape(n_groups, n_heights).argmax(1)
     is_best = height == best[regrouped.group]
     is_new = is_best & (covered < _MOST_COVERED * length) & _cross_edges(regrouped.curves)
+    is_new &= length > np.pi * LEAST_CAP * rays.step
+    is_new[is_new] = ~_are_islands(ground, regrouped.curves.take(is_new), rays.step)
     is_new[is_new] = ~_are_near(ground, rays, regrouped.curves.take(is_new))
     return np.asarray(is_new)
 
@@ -79,6 +85,15 @@ def _are_near(ground: Ground, rays: Rays, loops: Curves) -> Bools:
     is_near = (length / rays.step < _SHORT_OF_THE_END).reshape(-1, n_near).any(1)
     total = np.bincount(loops.owner[vertex], minlength=len(loops))
     return np.asarray(np.bincount(loops.owner[vertex], is_near, minlength=len(loops)) > _MOST_NEAR * total)
+
+
+def _are_islands(ground: Ground, loops: Curves, step: float) -> Bools:
+    """(C,) which loops are small and have a disc on their right: no front leaves so little behind."""
+    middle = np.stack([np.bincount(loops.owner, x, len(loops)) for x in loops.points.T], axis=1)
+    arm = loops.points - (middle / np.maximum(np.diff(loops.offsets), 1)[:, None])[loops.owner]
+    area = np.einsum("ij,ij->i", np.cross(arm, arm[loops.after]), ground.normals[loops.face]) / 2
+    total, length = np.bincount(loops.owner, area, len(loops)), lengths_of(loops)
+    return np.asarray((length < _SHORT * step) & (total < -_ROUND * length**2))
 
 
 def _cross_edges(curves: Curves) -> Bools:

@@ -16,6 +16,7 @@ from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, ro
 from weavecore.geometry.cycles import order_cycles
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.fronts.unfolding import FEWEST, SHARPEST_FAN, find_turns
 from weavecore.offsetting.seeds import Corners, find_sector
 
 SMOOTH = 0.2
@@ -24,7 +25,6 @@ SMOOTH = 0.2
 FAN_ANGLE = 0.1
 _OFF_THE_CORNER = 1e-6
 _CROWDED, _SPARSE = 0.6, 1.3
-_FEWEST = 4
 _LEAST_STEPS = 40
 """A round front has at least so many vertices, however small it is: each turns by less than `SMOOTH`."""
 
@@ -71,6 +71,7 @@ def seed_walls(ground: Ground, *, step: float) -> Seeds:
     length = frames.length[halfedge]
     n_edge = np.ceil(length / step * 0.999).astype(np.int64) - 1
     n_corner = _rays_at(turn)
+    n_edge[n_corner == 0] = np.maximum(n_edge, 1)[n_corner == 0]
     counts = n_corner + n_edge
     row = rows_of(offsets_of(counts))
     rank = np.arange(len(row)) - offsets_of(counts)[row]
@@ -116,7 +117,7 @@ def _thinned(total: Floats, curves: Curves, vertex: Ints, least: Floats) -> Ints
         gap = _gaps(total, curves, vertex, offsets)
         before = np.empty(len(vertex))
         before[next_in_loop(offsets)] = gap
-        short = (before < least[curves.owner[vertex]]) & (np.diff(offsets)[curves.owner[vertex]] > _FEWEST)
+        short = (before < least[curves.owner[vertex]]) & (np.diff(offsets)[curves.owner[vertex]] > FEWEST)
         row = np.arange(len(vertex))
         # The first of a curve begins a run whatever lies before it.
         is_head = ~short
@@ -136,18 +137,12 @@ def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
     segment, part, offsets = _resample(curves, step)
     face = curves.face[segment]
     weights = curves.start[segment] * (1 - part)[:, None] + curves.end[segment] * part[:, None]
-    points = ground.points(face, weights)
-    after = next_in_loop(offsets)
-    before = np.empty(len(after), np.int64)
-    before[after] = np.arange(len(after))
-    ax, ay = ground.aimed(face, points - points[before])
-    bx, by = ground.aimed(face, points[after] - points)
-    turn = np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
-    count = _rays_at(turn)
+    turn, heading = find_turns(ground, face, ground.points(face, weights), offsets)
+    count = np.where(turn < -SHARPEST_FAN, 0, _rays_at(turn))
     row = rows_of(offsets_of(count))
     rank = np.arange(len(row)) - offsets_of(count)[row]
     share = np.divide(rank, count[row] - 1, out=np.full(len(row), 0.5), where=count[row] > 1)
-    angle = np.arctan2(ay, ax)[row] + turn[row] * share + np.pi / 2
+    angle = heading[row] + turn[row] * share + np.pi / 2
     xy = ground.flat(face, weights)[row]
     curve = rows_of(offsets)[row]
     return Seeds(
