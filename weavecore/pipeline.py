@@ -304,7 +304,7 @@ def fabricate(
     check_folder(folder, names, overwrite=overwrite)
     check_libraries(shop)
     tell(0.0, "reading")
-    weave, content = (result, encode(result, ".json")) if isinstance(result, Weave) else read_weave(result)
+    weave, content = (result, encode(result, "result.json")) if isinstance(result, Weave) else read_weave(result)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
     source = Source.of(weave, content)
     made = fabricate_weave(

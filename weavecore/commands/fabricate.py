@@ -1,16 +1,37 @@
 """``weavecore fabricate``: the folder that a workshop builds a weave from."""
 # ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated, Callable, Optional
 
 import typer
 
 from weavecore.commands.arguments import Quiet, length
+from weavecore.fabricating.workshop import OVERLAP, PAPERS, SPLICES, TEMPLATES
 from weavecore.units import Length
 from weavecore.viewing.terminal import progress_bar, show_lines
 
 _MM = "Millimeters"
+_NONE = "none"
+
+
+def _kinds(text: str) -> tuple[str, ...]:
+    """The templates that a text names, with commas between."""
+    return () if text == _NONE else tuple(kind.strip().lower() for kind in text.split(","))
+
+
+def _each_of(known: Iterable[str]) -> Callable[[str], str]:
+    """A check that every name in a text is known."""
+    names = tuple(known)
+
+    def check(text: str) -> str:
+        for name in _kinds(text):
+            if name not in {one.lower() for one in names}:
+                raise typer.BadParameter(f"{name!r} is not one of {', '.join(names)}")
+        return text
+
+    return check
 
 
 def fabricate(
@@ -20,8 +41,11 @@ def fabricate(
         Length, typer.Option(parser=length, metavar="LENGTH", help="Length of the bars: 6m, 12m, 6000…")
     ] = "6m",  # type: ignore[assignment]
     splice: Annotated[
-        str, typer.Option(metavar="KIND", help="How long rods and rings are joined: overlap or sleeve.")
-    ] = "overlap",
+        str,
+        typer.Option(
+            metavar="KIND", callback=_each_of(SPLICES), help="How long rods and rings are joined: overlap or sleeve."
+        ),
+    ] = OVERLAP,
     overhang: Annotated[
         Optional[Length],
         typer.Option(parser=length, metavar="LENGTH", help="How far free ends stand out beyond their last joint."),
@@ -30,9 +54,17 @@ def fabricate(
         Optional[Length], typer.Option(parser=length, metavar="LENGTH", help="What the saw takes for each cut.")
     ] = None,
     templates: Annotated[
-        str, typer.Option(metavar="KINDS", help="Templates to draw: dxf, svg and pdf with commas between, or none.")
-    ] = "dxf,svg,pdf",
-    paper: Annotated[str, typer.Option(metavar="SIZE", help="Paper of the PDF: A4, A3, A2, A1 or A0.")] = "A3",
+        str,
+        typer.Option(
+            metavar="KINDS",
+            callback=_each_of(TEMPLATES),
+            help="Templates to draw: dxf, svg and pdf with commas between, or none.",
+        ),
+    ] = ",".join(TEMPLATES),
+    paper: Annotated[
+        str,
+        typer.Option(metavar="SIZE", callback=_each_of(PAPERS), help="Paper of the PDF: A4, A3, A2, A1 or A0."),
+    ] = "A3",
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
     ] = None,
@@ -46,13 +78,12 @@ def fabricate(
     with progress_bar(quiet=quiet) as tell:
         from weavecore import pipeline
 
-        kinds = () if templates == "none" else tuple(kind.strip().lower() for kind in templates.split(","))
         workshop = pipeline.Workshop(
             stock=stock.in_unit(_MM),
-            splice=splice,
+            splice=splice.lower(),
             overhang=overhang.in_unit(_MM) if overhang else 0.0,
             kerf=kerf.in_unit(_MM) if kerf else 0.0,
-            templates=kinds,
+            templates=_kinds(templates),
             paper=paper.upper(),
         )
         made = pipeline.fabricate(result, out, workshop=workshop, unit=unit, overwrite=overwrite, progress=tell)
