@@ -28,6 +28,13 @@ from grasshopper_files.internalised import archive_version, encode_geometry
 NAME = "weave_workflow"
 TITLE = "weavecore: surface, offset, link, strands, export. Move a slider; switch 'write' on to write the file."
 
+_METHODS = ("levels", "fronts")
+_PATTERNS = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
+_MATERIALS = ("gfrp", "gfrp-short", "bamboo", "rattan", "steel-strip")
+
+_AT = (0.0, 0.0)
+_of, _out = canvas.object_id, canvas.output_id
+
 _TICKS = (date(2026, 1, 1) - date(1, 1, 1)).days * 24 * 3600 * 10**7
 """The date of the file is fixed, so that the same sources give the same bytes."""
 
@@ -82,51 +89,57 @@ def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
 
 def _stages(geometry: Any) -> list[_Stage]:
     """The groups from left to right; the controls of each are placed when they are laid out."""
-    at, of, out = (0.0, 0.0), canvas.object_id, canvas.output_id
-    sample = canvas.mesh("sample", encode_geometry(geometry), archive_version(geometry), at)
-    patterns = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
-    materials = ("gfrp", "gfrp-short", "bamboo", "rattan", "steel-strip")
-    weave = out("Weave_Strands", "weave")
+    return [*_surface_to_link(geometry), *_strands_to_measure()]
+
+
+def _surface_to_link(geometry: Any) -> list[_Stage]:
+    sample = canvas.mesh("sample", encode_geometry(geometry), archive_version(geometry), _AT)
     return [
         _Stage(
             "1 Surface",
             "Weave_Surface",
             "blue",
-            {"geometry": of("sample")},
-            [sample, canvas.panel("what it is", at, (200.0, 60.0), source=out("Weave_Surface", "notes"))],
+            {"geometry": _of("sample")},
+            [sample, canvas.panel("what it is", _AT, (200.0, 60.0), source=_out("Weave_Surface", "notes"))],
         ),
         _Stage(
             "2 Offset",
             "Weave_Offset",
             "blue",
-            {"surface": out("Weave_Surface", "surface"), "spacing": of("spacing"), "method": of("method")},
-            [canvas.slider("spacing", 30.0, 10.0, 100.0, 1, at), canvas.value_list("method", ("levels", "fronts"), at)],
+            {"surface": _out("Weave_Surface", "surface"), "spacing": _of("spacing"), "method": _of("method")},
+            [canvas.slider("spacing", 30.0, 10.0, 100.0, 1, _AT), canvas.value_list("method", _METHODS, _AT)],
         ),
         _Stage(
             "3 Link",
             "Weave_Link",
             "green",
-            {"latitudes": out("Weave_Offset", "latitudes"), "pattern": of("pattern")},
-            [canvas.value_list("pattern", patterns, at)],
+            {"latitudes": _out("Weave_Offset", "latitudes"), "pattern": _of("pattern")},
+            [canvas.value_list("pattern", _PATTERNS, _AT)],
         ),
+    ]
+
+
+def _strands_to_measure() -> list[_Stage]:
+    weave = _out("Weave_Strands", "weave")
+    return [
         _Stage(
             "4 Strands",
             "Weave_Strands",
             "amber",
-            {"lattice": out("Weave_Link", "lattice"), "diameter": of("diameter"), "material": of("material")},
-            [canvas.slider("diameter", 1.0, 0.2, 10.0, 1, at), canvas.value_list("material", materials, at)],
+            {"lattice": _out("Weave_Link", "lattice"), "diameter": _of("diameter"), "material": _of("material")},
+            [canvas.slider("diameter", 1.0, 0.2, 10.0, 1, _AT), canvas.value_list("material", _MATERIALS, _AT)],
             "row",
         ),
         _Stage(
             "5 Export",
             "Weave_Export",
             "green",
-            {"value": weave, "path": of("path"), "write": of("write"), "overwrite": of("overwrite")},
+            {"value": weave, "path": _of("path"), "write": _of("write"), "overwrite": _of("overwrite")},
             [
-                canvas.panel("path", at, (170.0, 30.0), text="woven.3dm"),
-                canvas.toggle("write", False, at),
-                canvas.toggle("overwrite", False, at),
-                canvas.panel("report", at, (330.0, 150.0), source=out("Weave_Export", "report")),
+                canvas.panel("path", _AT, (170.0, 30.0), text="woven.3dm"),
+                canvas.toggle("write", False, _AT),
+                canvas.toggle("overwrite", False, _AT),
+                canvas.panel("report", _AT, (330.0, 150.0), source=_out("Weave_Export", "report")),
             ],
         ),
         _Stage(
@@ -135,9 +148,9 @@ def _stages(geometry: Any) -> list[_Stage]:
             "green",
             {"value": weave},
             [
-                canvas.panel("regular nodes", at, (160.0, 30.0), source=out("Weave_Measure", "regular")),
-                canvas.panel("least radius", at, (160.0, 30.0), source=out("Weave_Measure", "radius")),
-                canvas.panel("findings", at, (330.0, 76.0), source=out("Weave_Measure", "findings")),
+                canvas.panel("regular nodes", _AT, (160.0, 30.0), source=_out("Weave_Measure", "regular")),
+                canvas.panel("least radius", _AT, (160.0, 30.0), source=_out("Weave_Measure", "radius")),
+                canvas.panel("findings", _AT, (330.0, 76.0), source=_out("Weave_Measure", "findings")),
             ],
             "under",
         ),

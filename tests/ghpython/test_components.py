@@ -212,6 +212,7 @@ def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: d
         "UNSUPPORTED: There is no weave": run_component("Weave_Strands", lattice=lattice, style="satin"),
         "UNREADABLE": run_component("Weave_Surface", geometry="/nowhere/shell.3dm"),
         "NO_SURFACE": run_component("Weave_Surface", geometry=DOME, layer="Roof"),
+        "UNSUPPORTED: A str came where a plane": run_component("Weave_Surface", geometry=DOME, plane="XY"),
         "UNSUPPORTED: A SurfaceMesh came": run_component("Weave_Link", latitudes=surface),
     }
     for start, ran in refused.items():

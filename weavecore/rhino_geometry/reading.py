@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.rhino_geometry.arrays import rows_from
 
@@ -39,6 +40,13 @@ def rhino_faces(mesh: Any) -> NDArray[Any]:
 
 
 def plane_from(plane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """A point and a normal of a plane of Rhino."""
-    origin, normal = plane.Origin, getattr(plane, "Normal", None) or plane.ZAxis
+    """A point and a normal of a plane of Rhino.
+
+    Raises
+    ------
+    Unsupported
+    """
+    if not hasattr(plane, "Origin") or not (hasattr(plane, "Normal") or hasattr(plane, "ZAxis")):
+        raise Unsupported(f"A {type(plane).__name__} came where a plane must be", remedy="Wire a plane.")
+    origin, normal = plane.Origin, plane.Normal if hasattr(plane, "Normal") else plane.ZAxis
     return (origin.X, origin.Y, origin.Z), (normal.X, normal.Y, normal.Z)
