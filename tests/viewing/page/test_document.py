@@ -92,13 +92,15 @@ def test_nothing_in_it_points_elsewhere() -> None:
     ] == []
 
 
-def test_no_name_ends_the_element_that_it_stands_in() -> None:
-    name = "</script></title><script>alert(1)</script><!--{{program}}\u2028\ud800&amp;"
+@pytest.mark.parametrize("ending", ["</script>", "</script x", "<!--<script "])
+def test_no_name_ends_the_element_that_it_stands_in(ending: str) -> None:
+    name = f"{ending}</title><script>alert(1)</script>{{{{program}}}}\u2028\ud800&amp;"
     page = encode_page(replace(tube_surface(), name=name))
     elements = Elements(page)
     assert len(elements.texts_of("script")) == 3
+    assert not set("<>&") & set(elements.texts_of("script")[0])
     assert json.loads(elements.texts_of("script")[0])["title"] == name
-    assert elements.texts_of("title")[0].startswith("</script></title><script>alert(1)")
+    assert elements.texts_of("title")[0].startswith(f"{ending}</title><script>alert(1)")
 
 
 def test_the_licence_of_what_is_bundled_goes_with_it() -> None:
