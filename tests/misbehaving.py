@@ -55,6 +55,13 @@ def sleep_after_reading(*, progress: Any) -> None:
     time.sleep(600)
 
 
+def four_objects(*, progress: Any) -> str:
+    for k in range(4):
+        progress(k / 4, "the next")
+        time.sleep(0.5)
+    return "done"
+
+
 def chatter(*, progress: Any) -> None:
     while True:
         progress(0.5, "still at it")

@@ -12,7 +12,7 @@ import pytest
 import misbehaving
 from weavecore.errors import NonManifold, TooMuchWork, Unreadable
 from weavecore.reading import inspect_file, read_surface
-from weavecore.reading.guarded import Limits, call_guarded, limits_for
+from weavecore.reading.guarded import Limits, call_guarded, limits_for, limits_for_all
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="the platform sets no limits on memory and processor time")
 
@@ -102,7 +102,7 @@ def test_a_file_of_ordinary_size_ends_in_ten_seconds_and_two_gigabytes_unless_mo
         stream.truncate(500_000)
     usual = limits_for(ordinary)
     assert usual.reading_seconds <= usual.seconds < 10.0
-    assert usual.memory <= 2 * 2**30
+    assert (usual.memory, usual.n_objects) == (2 * 2**30, 1)
     assert limits_for(ordinary, is_fineness_asked=True).seconds > 60
     assert limits_for(ordinary, time_limit=30.0).seconds == 30.0
     assert limits_for(ordinary, time_limit=30.0).reading_seconds == 30.0
@@ -113,6 +113,16 @@ def test_the_time_limit_is_of_elapsed_time():
     with pytest.raises(TooMuchWork, match="longer than 2 seconds"):
         call_guarded(misbehaving.sleep_after_reading, limits=Limits(reading_seconds=1.0, seconds=2.0))
     assert 1.9 < time.monotonic() - start < 12
+
+
+def test_every_object_of_a_report_has_the_time_of_a_single_one(tmp_path):
+    one, every = limits_for(tmp_path / "missing.3dm"), limits_for_all(tmp_path / "missing.3dm")
+    assert every.seconds == one.seconds
+    assert every.n_objects >= 5
+    limits = Limits(reading_seconds=1.0, seconds=1.0, n_objects=4)
+    assert call_guarded(misbehaving.four_objects, limits=limits) == "done"
+    with pytest.raises(TooMuchWork, match="longer than 1 seconds"):
+        call_guarded(misbehaving.sleep_after_reading, limits=limits)
 
 
 def test_telling_progress_does_not_put_the_end_off():

@@ -12,6 +12,7 @@ it; a large one gets more, and so does who asks for it (see `limits_for`).
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 import pickle
 import queue
@@ -22,7 +23,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -42,6 +43,8 @@ _MEGABYTE = 2**20
 _FREE_MEGABYTES = 0.5
 _SECONDS_A_MEGABYTE = 20.0
 _FINENESS_SECONDS = 120.0
+_MOST_OBJECTS_AT_LENGTH = 10
+_BUSY = 3.0
 _MEMORY_A_MEGABYTE = 100
 
 
@@ -52,16 +55,20 @@ class Limits:
     Parameters
     ----------
     reading_seconds : float
-        Until the first progress is told: as long as the file itself is read.
+        Elapsed time until the first progress is told: as long as the file itself is read.
     seconds : float
-        In all.  Both count elapsed time from when the child is ready to work, and processor time as well.
+        Processor time in all, and elapsed time from one progress to the next.  Where others use the machine as
+        well, work that tells its progress may take up to three times as long by the clock.
     memory : int
         Address space, in bytes.
+    n_objects : int
+        How many objects, each told as a progress, may take so long each.
     """
 
-    reading_seconds: float = 6.0
+    reading_seconds: float = 7.0
     seconds: float = 8.0
     memory: int = 2 * 1024 * _MEGABYTE
+    n_objects: int = 1
 
 
 def limits_for(path: PathLike, *, time_limit: float | None = None, is_fineness_asked: bool = False) -> Limits:
@@ -90,6 +97,12 @@ def limits_for(path: PathLike, *, time_limit: float | None = None, is_fineness_a
         seconds=usual.seconds + _SECONDS_A_MEGABYTE * megabytes + (_FINENESS_SECONDS if is_fineness_asked else 0.0),
         memory=2 * memory if is_fineness_asked else memory,
     )
+
+
+def limits_for_all(path: PathLike, *, time_limit: float | None = None) -> Limits:
+    """Limits for looking at every object of a file: each may take as long as `limits_for` gives to a single one."""
+    each = limits_for(path, time_limit=time_limit)
+    return replace(each, n_objects=_MOST_OBJECTS_AT_LENGTH)
 
 
 def call_guarded(
@@ -157,8 +170,8 @@ class _Conversation:
         self._child, self._limits, self._progress = child, limits, progress
         self._frames: queue.Queue[tuple[bytes, bytes] | None] = queue.Queue()
         self._threads: list[threading.Thread] = []
+        self._deadline = time.monotonic() + _START_SECONDS
         self._started = time.monotonic()
-        self._patience = _START_SECONDS
         self._is_read = False
 
     def close(self) -> None:
@@ -185,15 +198,16 @@ class _Conversation:
                 raise _error_from(*pickle.loads(payload))
             if kind == _STARTED:
                 self._started = time.monotonic()
-                self._patience = self._limits.reading_seconds
+                self._deadline = self._started + self._limits.reading_seconds
                 continue
             self._is_read = True
-            self._patience = self._limits.seconds
+            in_all = _slower() * self._limits.n_objects * self._limits.seconds
+            self._deadline = min(self._started + in_all, time.monotonic() + self._limits.seconds)
             if self._progress is not None:
                 self._progress(*pickle.loads(payload))
 
     def _next_frame(self) -> tuple[bytes, bytes]:
-        left = self._started + self._patience - time.monotonic()
+        left = self._deadline - time.monotonic()
         try:
             frame = self._frames.get(timeout=max(left, 0.0))
         except queue.Empty:
@@ -284,6 +298,11 @@ def _send(answers: IO[bytes], kind: bytes, value: Any) -> None:
     answers.flush()
 
 
+def _slower() -> float:
+    """How much longer than their processor time others may make the work last; not where that is not limited."""
+    return _BUSY if importlib.util.find_spec("resource") else 1.0
+
+
 def limit_this_process(limits: Limits) -> Callable[[], None]:
     """Limit this process from now on; what is returned extends its time once the file is read."""
     try:
@@ -292,7 +311,7 @@ def limit_this_process(limits: Limits) -> Callable[[], None]:
         return lambda: None
     used = resource.getrusage(resource.RUSAGE_SELF)
     started = used.ru_utime + used.ru_stime
-    soft = int(started + limits.seconds) + 1
+    soft = int(started + limits.n_objects * limits.seconds) + 1
     hard = soft + 5  # At the hard limit the process is killed outright, and nothing tells why.
     _limit(resource.RLIMIT_CPU, int(started + limits.reading_seconds) + 1, hard)
     _limit(resource.RLIMIT_AS, limits.memory, limits.memory)

@@ -13,7 +13,7 @@ from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
 from weavecore.model import SurfaceMesh
 from weavecore.reading.choosing import is_candidate
-from weavecore.reading.guarded import Progress, call_guarded, limits_for
+from weavecore.reading.guarded import Progress, call_guarded, limits_for_all
 from weavecore.reading.mesh_files import read_mesh_file
 from weavecore.reading.raw import RawMesh
 from weavecore.reading.read import check_ending, is_rhino, raw_from_document
@@ -109,7 +109,7 @@ def inspect_file(
     guarded : bool
         Look in a process of its own, so that a damaged file can neither end this one nor hold it up.
     time_limit : float, optional
-        Seconds that this process may take, by default what suits the file: see `limits_for`.
+        Seconds that this process may take for an object, by default what suits the file: see `limits_for_all`.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -119,7 +119,7 @@ def inspect_file(
         Where the file as a whole cannot be read; what is wrong with one object is in its report.
     """
     if guarded:
-        limits = limits_for(path, time_limit=time_limit)
+        limits = limits_for_all(path, time_limit=time_limit)
         report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress)
         return report
     if is_rhino(path):
