@@ -16,6 +16,7 @@ from grasshopper_files.archive import (
     GUID,
     INT32,
     POINT,
+    POINT_F,
     RECTANGLE_F,
     SINGLE,
     STRING,
@@ -194,7 +195,7 @@ def _move(chunk: Chunk, x: float, y: float) -> None:
     attributes = chunk.chunk("Container").chunk("Attributes")
     *_, width, height = attributes.get("Bounds")
     attributes.items = [item for item in attributes.items if item.name not in ("Bounds", "Pivot")]
-    attributes.put(RECTANGLE_F, Bounds=(x, y, width, height)).put(canvas.POINT_F, Pivot=(x, y))
+    attributes.put(RECTANGLE_F, Bounds=(x, y, width, height)).put(POINT_F, Pivot=(x, y))
 
 
 def _document(objects: list[Chunk]) -> Chunk:

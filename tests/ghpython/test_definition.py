@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 import zipfile
@@ -19,8 +20,10 @@ from grasshopper_files.archive import Chunk, decode_archive, encode_archive
 from grasshopper_files.components import read_component, script_text
 from grasshopper_files.xml_archive import decode_xml
 from weavecore import pipeline
+from weavecore.exporting.registry import WRITERS
 from weavecore.linking.derived import PATTERN_NAMES
-from weavecore.pipeline import METHODS
+from weavecore.pipeline import METHODS, PAGE, PICTURE
+from weavecore.reading.read import ENDINGS
 from weavecore.weaving.materials import known_materials
 
 SAMPLE = Path(build.SAMPLE)
@@ -131,6 +134,14 @@ def test_the_lists_offer_what_weavecore_knows(workflow: Chunk) -> None:
         assert [value for value in values if value not in inputs[name]] == [], name
         (chosen,) = (item.get("Name") for item in items if item.get("Selected"))
         assert f"Default: {chosen}." in inputs[name]
+
+
+def test_the_endings_are_those_that_weavecore_reads_and_writes() -> None:
+    described = {}
+    for name, parameter in (("Weave_Surface", "geometry"), ("Weave_Export", "path")):
+        (text,) = (p["description"] for p in read_component(COMPONENTS / name).inputs if p["name"] == parameter)
+        described[name] = set(re.findall(r"\.[a-z0-9]+\b", text))
+    assert described == {"Weave_Surface": set(ENDINGS), "Weave_Export": {*WRITERS, PICTURE, PAGE}}
 
 
 def test_two_builds_give_the_same_bytes(files: dict[str, bytes], tmp_path: Path) -> None:
