@@ -14,12 +14,12 @@ def need(library: str, what: str) -> Any:
     Raises
     ------
     Unsupported
-        Where it is not installed.
+        Where it is not installed, or not for this version of Python.
     """
     try:
         return import_module(library)
-    except ImportError:
+    except ImportError as error:
         raise Unsupported(
-            f"Templates as {what} need {library}, which is not installed",
+            f"Templates as {what} need {library}, which could not be imported: {str(error).splitlines()[0]}",
             remedy='Install it, pip install "weavecore[fabricate]", or ask for others: --templates svg, or none.',
         ) from None
