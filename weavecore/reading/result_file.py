@@ -66,7 +66,12 @@ def read_weave(path: PathLike) -> tuple[Weave, bytes]:
 
 def decode_result(data: bytes) -> Result:
     """The result that the bytes of a JSON file hold; see `read_result`."""
-    document = ResultPart(_parse(data))
+    return take_result(_parse(data))
+
+
+def take_result(values: object) -> Result:
+    """The result in the values of a JSON file that has been parsed; see `read_result`."""
+    document = ResultPart(values)
     if "format" not in document or document.text("format") != FORMAT:
         raise Unsupported(
             "The file is no result of weavecore", remedy="Give what `weavecore weave INPUT --json RESULT.json` wrote."
