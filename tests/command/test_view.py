@@ -32,6 +32,12 @@ def test_view_writes_a_page_of_a_result(run: Run, woven: Path) -> None:
     assert content["sequence"] is not None
 
 
+def test_the_page_is_the_one_that_weave_itself_writes(run: Run, woven: Path) -> None:
+    assert run("weave", "tube.3dm", "-o", "direct.html", "--pattern", "plain", "-q").status == 0
+    assert run("view", "woven.json", "-o", "woven.html", "-q").status == 0
+    assert Path("direct.html").read_bytes() == Path("woven.html").read_bytes()
+
+
 def test_view_takes_what_other_stages_have_written(run: Run, folder: Path) -> None:
     assert run("mesh", "tube.3dm", "-o", "mesh.json").status == 0
     assert run("view", "mesh.json", "-o", "mesh.html", "-q").status == 0

@@ -30,7 +30,7 @@ function fillCard() {
     if (rod < 0) return card.replaceChildren();
     const family = content.families[rods.family[rod]];
     const swatch = make("span", { class: "swatch large" });
-    swatch.style.background = cssColour(family.colour);
+    swatch.style.background = cssColour(litColour(family.colour));
     card.replaceChildren(
         make("header", {}, swatch, make("h2", {}, rods.names[rod]),
             make("button", { type: "button", class: "look", title: "Look at it (L)", onclick: () => lookAt(rod) }, "Look at it"),
@@ -97,7 +97,7 @@ function stripOf(rod, marks) {
     strip.append(make("svg:line", { class: "strip-rod", x1: 2, x2: WIDTH - 2, y1: middle, y2: middle }));
     for (const mark of marks) {
         const away = mark.isOver ? 1 : -1;
-        const colour = cssColour(content.families[rods.family[mark.rod]].colour);
+        const colour = cssColour(litColour(content.families[rods.family[mark.rod]].colour));
         strip.append(make("svg:line", { class: "strip-mark", stroke: colour, x1: at(mark.station), x2: at(mark.station), y1: middle + 12 * away, y2: middle + 5 * away }));
     }
     if (weave.minRadius[rod] < FLOAT_MOST) {

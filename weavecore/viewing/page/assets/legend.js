@@ -46,9 +46,13 @@ function fillFamilies() {
             change({ families: state.families.map((isOn, other) => (other === k ? box.checked : isOn)) });
         } });
         const swatch = make("span", { class: "swatch" });
-        swatch.style.background = cssColour(family.colour);
         byId("families").append(make("li", {}, make("label", {}, box, swatch, make("span", {}, family.name), make("span", { class: "count" }, String(counts[k])))));
-        watchers.push(() => (box.checked = state.families[k]));
+        const show = () => {
+            box.checked = state.families[k];
+            swatch.style.background = cssColour(litColour(family.colour));
+        };
+        watchers.push(show);
+        show();
     });
 }
 

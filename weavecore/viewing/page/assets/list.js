@@ -96,7 +96,7 @@ function showInList(changes) {
         row.button.classList.toggle("away", !isShown(rod));
         if (rod === state.picked) row.button.setAttribute("aria-current", "true");
         else row.button.removeAttribute("aria-current");
-        if ("colourBy" in changes) row.swatch.style.background = cssColour(colourOf(rod));
+        if ("colourBy" in changes) row.swatch.style.background = cssColour(litColour(colourOf(rod)));
     });
     if (!("picked" in changes) || state.picked < 0) return;
     setTabStop();

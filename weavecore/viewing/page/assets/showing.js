@@ -48,7 +48,8 @@ function rampColour(ramp, part) {
 }
 
 let rodMesh = null, surfaceMesh = null, dots = null;
-let theme = { ground: [255, 255, 255], lift: 0 };
+let dimmedColour = [255, 255, 255];
+const dark = matchMedia("(prefers-color-scheme: dark)");
 
 function openScene() {
     rodMesh = makeRods();
@@ -61,8 +62,10 @@ function openScene() {
         dots.material.uniforms.across.value = 11 * stage.renderer.getPixelRatio();
         flags.put();
     });
-    const dark = matchMedia("(prefers-color-scheme: dark)");
-    dark.addEventListener("change", setTheme);
+    dark.addEventListener("change", () => {
+        setTheme();
+        change({ colourBy: state.colourBy });
+    });
     setTheme();
 }
 
@@ -71,7 +74,7 @@ function setTheme() {
     set(surfaceMesh.material.uniforms.outside, "--surface-outside");
     set(surfaceMesh.material.uniforms.inside, "--surface-inside");
     set(dots.material.uniforms.ground, "--panel");
-    theme = { ground: pageColour("--dimmed"), lift: matchMedia("(prefers-color-scheme: dark)").matches ? 0.3 : 0 };
+    dimmedColour = pageColour("--dimmed");
     paint();
 }
 
@@ -83,8 +86,8 @@ function paint() {
     const near = new Set(state.picked >= 0 ? visibleNeighbours(state.picked) : []);
     for (let rod = 0; rod < nRods; rod++) {
         const isFocus = rod === focus || rod === state.hovered;
-        let colour = mixColours(colourOf(rod), [255, 255, 255], theme.lift);
-        if (focus >= 0 && !isFocus) colour = mixColours(colour, theme.ground, dimming(rod, near));
+        let colour = litColour(colourOf(rod));
+        if (focus >= 0 && !isFocus) colour = mixColours(colour, dimmedColour, dimming(rod, near));
         const strength = !isShown(rod) ? HIDDEN : isFocus ? STRONG : PLAIN;
         rodMesh.colours.set([...colour.map(Math.round), strength], 4 * rod);
     }
@@ -95,6 +98,14 @@ function paint() {
     setDots(dots, dotEntries(current));
     flags.set(flagEntries(current));
     stage.ask();
+}
+
+/** On a dark page deep colours are lifted, so that they stand out from it as they do from a light one. */
+function litColour(colour) {
+    if (!dark.matches) return colour;
+    const [r, g, b] = colour;
+    const brightness = (0.3 * r + 0.6 * g + 0.1 * b) / 255;
+    return mixColours(colour, [255, 255, 255], Math.max(0, 1.6 * (0.55 - brightness)));
 }
 
 function dimming(rod, near) {
