@@ -54,7 +54,7 @@ def measure_chords(ground: Ground, from_face: Ints, from_: Floats, to_face: Ints
     section = _Section(ground, a[far], b[far], ground.normals[from_face[far]] + ground.normals[to_face[far]])
     rows, found = section.walk(from_face[far], from_[far], to_face[far], to[far])
     length[far] = np.where(found, section.lengths(rows), np.inf)
-    return length
+    return np.asarray(length)
 
 
 class _Section:

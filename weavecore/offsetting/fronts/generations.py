@@ -34,23 +34,40 @@ def cover(ground: Ground, *, spacing: float, progress: Progress = None) -> list[
     spacing : float
         In units of the ground.
     """
-    step = spacing / STEPS_PER_SPACING
     generations: list[Curves] = []
-    rays = cast_rays(ground, seed_walls(ground, step=step), spacing=spacing)
+    rays = _cast_from_walls(ground, spacing)
+    covered = 0.0
     while True:
-        children = offset_once(ground, rays)
-        if len(children):
-            rays = cast_rays(ground, seed_curves(ground, children, step=step), spacing=spacing)
-            stays, gone = find_room(ground, rays, children, generations[-1] if generations else None)
-            doubtful = ~stays & ~gone
-            stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
-            children, rays = children.take(stays), rays.take(stays)
+        parents = generations[-1] if generations else None
+        children, rays_on = _children(ground, rays, parents, spacing)
         if len(children) == 0:
             return generations
         generations.append(children)
-        rays = stop_at(ground, rays, children)
+        covered += spacing * float(children.lengths.sum())
+        rays = stop_at(ground, rays_on, children)
         if progress is not None:
-            progress(0.5, f"generation {len(generations)}")
+            progress(min(covered / ground.area, 1.0), "offsetting the borders")
+
+
+def has_children(ground: Ground, *, spacing: float) -> bool:
+    """Whether there is room for one generation."""
+    return len(_children(ground, _cast_from_walls(ground, spacing), None, spacing)[0]) > 0
+
+
+def _cast_from_walls(ground: Ground, spacing: float) -> Rays:
+    return cast_rays(ground, seed_walls(ground, step=spacing / STEPS_PER_SPACING), spacing=spacing)
+
+
+def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float) -> tuple[Curves, Rays]:
+    """The children that have room before them (§4.5), and their own rays."""
+    children = offset_once(ground, rays)
+    rays = cast_rays(ground, seed_curves(ground, children, step=spacing / STEPS_PER_SPACING), spacing=spacing)
+    if len(children) == 0:
+        return children, rays
+    stays, gone = find_room(ground, rays, children, parents)
+    doubtful = ~stays & ~gone
+    stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
+    return children.take(stays), rays.take(stays)
 
 
 def offset_once(ground: Ground, rays: Rays) -> Curves:

@@ -23,6 +23,7 @@ class Ground:
     normals : (F, 3) float64
     scale : float
         The unit in units of the model.
+    area : float
     """
 
     def __init__(self, surface: SurfaceMesh) -> None:
@@ -32,6 +33,7 @@ class Ground:
         self.frames = Unfolding(vertices, surface.faces, self.twins)
         self.normals = surface.face_normals
         self.vertices, self.faces = vertices, surface.faces
+        self.area = float((self.frames.length * self.frames.apex_y)[0::3].sum() / 2)
 
     def points(self, face: Ints, weights: Floats) -> Floats:
         """(n, 3) points with barycentric coordinates (n, 3) in faces."""

@@ -50,20 +50,18 @@ def find_uncovered(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regroupe
     Of loops that hang together, those of one height do or none does; noise may make tiny ones that
     are higher still.  So the height with the most length that is not covered has the say.
     """
-    length = lengths_of(regrouped.curves)
+    curves, length = regrouped.curves, lengths_of(regrouped.curves)
     covered = _covered_lengths(ground, rays, ends, raw, regrouped)
-    free = np.maximum(length - covered, 0.0)
+    is_new = (covered < _MOST_COVERED * length) & (length > np.pi * LEAST_CAP * rays.step) & _cross_edges(curves)
+    is_new[is_new] = ~_are_near(ground, rays, curves.take(is_new))
+    is_new[is_new] = ~_are_islands(ground, curves.take(is_new), rays.step)
+    free = np.where(is_new, length - covered, 0.0)
     height = regrouped.height - regrouped.height.min(initial=0)
     n_heights = int(height.max(initial=0)) + 1
     n_groups = int(regrouped.group.max(initial=0)) + 1
     tally = np.bincount(regrouped.group * n_heights + height, free, minlength=n_groups * n_heights)
     best = tally.reshape(n_groups, n_heights).argmax(1)
-    is_best = height == best[regrouped.group]
-    is_new = is_best & (covered < _MOST_COVERED * length) & _cross_edges(regrouped.curves)
-    is_new &= length > np.pi * LEAST_CAP * rays.step
-    is_new[is_new] = ~_are_islands(ground, regrouped.curves.take(is_new), rays.step)
-    is_new[is_new] = ~_are_near(ground, rays, regrouped.curves.take(is_new))
-    return np.asarray(is_new)
+    return np.asarray(is_new & (height == best[regrouped.group]))
 
 
 def _are_near(ground: Ground, rays: Rays, loops: Curves) -> Bools:

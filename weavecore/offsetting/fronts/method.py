@@ -9,10 +9,12 @@ import numpy as np
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.fronts.assembling import assemble
-from weavecore.offsetting.fronts.generations import STEPS_PER_SPACING, cover
+from weavecore.offsetting.fronts.generations import STEPS_PER_SPACING, cover, has_children
 from weavecore.offsetting.fronts.ground import Ground
 from weavecore.offsetting.preparing import check_spacing, refine_for, refuse_closed
-from weavecore.offsetting.tracing import least_depth, refuse_too_many_points, too_large
+from weavecore.offsetting.tracing import refuse_too_many_points, too_large
+
+_MOST_HALVINGS = 60
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -58,8 +60,18 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     ground = Ground(fine)
     generations = cover(ground, spacing=spacing / ground.scale, progress=progress)
     if not generations:
-        raise too_large(spacing, least_depth(fine, np.zeros(1)))
+        raise too_large(spacing, _find_depth(ground, spacing))
     return assemble(fine, ground, generations, spacing=spacing)
+
+
+def _find_depth(ground: Ground, spacing: float) -> float:
+    """About how deep a surface is for which a spacing is too large: half of that fits, halving on from the spacing."""
+    depth = spacing
+    for _ in range(_MOST_HALVINGS):
+        if has_children(ground, spacing=depth / 2 / ground.scale):
+            break
+        depth /= 2
+    return depth
 
 
 def _area(surface: SurfaceMesh) -> float:

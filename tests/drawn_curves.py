@@ -1,0 +1,52 @@
+"""Closed curves drawn on a plate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flat_fields import flat_surface
+from planar_meshes import rectangle
+from weavecore.geometry.arrays import next_in_loop, offsets_of
+from weavecore.offsetting.fronts.chords import lay_chords
+from weavecore.offsetting.fronts.ground import Curves, Ground
+
+
+def square_ground(size=10.0, edge=0.4):
+    return Ground(flat_surface([rectangle(size, size)], edge))
+
+
+def draw(ground, *loops):
+    """Curves through the points (n, 2) of loops, in the unit and about the middle of the ground."""
+    points = np.concatenate([np.c_[loop, np.zeros(len(loop))] for loop in loops])
+    face, weights = place(ground, points)
+    offsets = offsets_of([len(loop) for loop in loops])
+    after = next_in_loop(offsets)
+    chord, face, start, end = lay_chords(ground, face, weights, face[after], weights[after])
+    is_vertex = np.r_[True, chord[1:] != chord[:-1]]
+    owner = np.repeat(np.arange(len(loops)), np.diff(offsets))[chord]
+    counts = np.bincount(owner, minlength=len(loops))
+    return Curves(offsets_of(counts), face, start, end, is_vertex, is_vertex & False, ground.points(face, start))
+
+
+def place(ground, points):
+    """Face and barycentric coordinates of points of a plane mesh."""
+    corners = ground.vertices[ground.faces][:, :, :2]
+    face = np.empty(len(points), np.int64)
+    weights = np.empty((len(points), 3))
+    for k, point in enumerate(points[:, :2]):
+        a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+        area = _cross(b - a, c - a)
+        w = np.stack([_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)], 1) / area[:, None]
+        face[k] = w.min(1).argmax()
+        weights[k] = w[face[k]]
+    return face, weights
+
+
+def _cross(u, v):
+    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+
+def signed_areas(curves):
+    """(C,) area of each curve in the plane, positive where it runs counter-clockwise."""
+    p, q = curves.points, curves.points[curves.after]
+    return np.bincount(curves.owner, (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) / 2, len(curves))
