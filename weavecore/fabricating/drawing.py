@@ -14,8 +14,8 @@ LAYERS = {
     TICKS: (0, 0, 0),
     LABELS: (0, 0, 0),
     NAMES: (0, 0, 0),
-    SPLICES: (176, 48, 32),
-    SCALE: (32, 72, 160),
+    SPLICES: (200, 56, 40),
+    SCALE: (40, 96, 200),
 }
 """Layers and their colours."""
 

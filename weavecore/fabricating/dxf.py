@@ -10,6 +10,9 @@ from weavecore.fabricating.drawing import LAYERS, LEFT, MIDDLE, RIGHT, Drawing
 from weavecore.fabricating.needed import need
 
 _MILLIMETRES = 4
+_BLACK_OR_WHITE = 7
+"""The colour that is black on a white screen and white on a black one."""
+
 _HATCH_OF_A_MILLIMETRE = 100
 
 
@@ -30,7 +33,9 @@ def encode_dxf(drawing: Drawing, statement: str) -> bytes:
         document.header.custom_vars.append("weavecore", statement)
         document.styles.add("SANS", font="arial.ttf")
         for layer, colour in LAYERS.items():
-            document.layers.add(layer).rgb = colour
+            entry = document.layers.add(layer, color=_BLACK_OR_WHITE)
+            if any(colour):
+                entry.rgb = colour
         space = document.modelspace()
         for line in drawing.lines:
             how = {"layer": line.layer, "lineweight": _line_weight(line.width)}
