@@ -17,7 +17,14 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 GUIDE, PICTURE = DOCS / "grasshopper.md", DOCS / "images" / "grasshopper_canvas.svg"
 BEGIN, END = "<!-- parameters -->\n", "<!-- end of parameters -->\n"
 
-_KINDS = {"ghdoc": "any", "float": "number", "int": "whole number", "bool": "true or false", "str": "text"}
+_KINDS = {
+    "none": "any",
+    "float": "number",
+    "int": "whole number",
+    "bool": "true or false",
+    "str": "text",
+    "plane": "plane",
+}
 
 
 def tables() -> str:

@@ -183,7 +183,7 @@ def _complete(
         _put_sources(chunk, [wires[parameter["name"]]])
     x, y, width, height = bounds
     _put_bounds(chunk, bounds, pivot=(x + width / 2, y + height / 2))
-    chunk.add("ConverterData").put(STRING, AssemblyName="System.Private.CoreLib", TypeName=hint.type_name)
+    chunk.add("ConverterData").put(STRING, AssemblyName=hint.assembly, TypeName=hint.type_name)
 
 
 def _floating(kind: str, kind_name: str, name: str, description: str, place: Place, size: Place) -> Chunk:

@@ -22,18 +22,22 @@ WIRES = {"default": 0, "faint": 1, "hidden": 2}
 
 @dataclass(frozen=True)
 class TypeHint:
-    """What Grasshopper converts an input to: the id of the hint and the .NET type."""
+    """What Grasshopper converts an input to: the id of the hint, and the .NET type with its assembly."""
 
     id: str
     type_name: str
+    assembly: str = "System.Private.CoreLib"
 
 
 HINTS = {
+    # Values as they are.  Python's usual hint, ghdoc, would hand over ids of geometry, as rhinoscriptsyntax wants it.
+    "none": TypeHint("6a184b65-baa3-42d1-a548-3915b401de53", "System.Object"),
     "ghdoc": TypeHint("1c282eeb-dd16-439f-94e4-7d92b542fe8b", "System.Object"),
     "float": TypeHint("9d51e32e-c038-4352-9554-f4137ca91b9a", "System.Double"),
     "int": TypeHint("48d01794-d3d8-4aef-990e-127168822244", "System.Int32"),
     "bool": TypeHint("d60527f5-b5af-4ef6-8970-5f96fe412559", "System.Boolean"),
     "str": TypeHint("3aceb454-6dbd-4c5b-9b6b-e71f8c1cdf88", "System.String"),
+    "plane": TypeHint("3897522d-58e9-4d60-b38c-978ddacfedd8", "Rhino.Geometry.Plane", "RhinoCommon"),
 }
 
 

@@ -151,6 +151,21 @@ def test_geometry_in_memory_has_the_documents_unit_and_tolerance(canvas: Canvas,
     assert (surface.unit, surface.tolerance) == ("Meters", 0.001)
 
 
+class Guid:
+    """An id of .NET, as far as it is told by its name."""
+
+
+def test_an_id_is_looked_up_in_both_documents(canvas: Canvas, metres: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run_once(take, x=Guid())["y"].n_faces > 0
+    metres.Objects.FindId = lambda _: None
+    refused = run_once(take, x=Guid())
+    assert refused.messages[0][1].startswith("NO_SURFACE: The document has no such object")
+    found = SimpleNamespace(Geometry=rhino_shapes.tube())
+    kept = SimpleNamespace(Objects=SimpleNamespace(Find=lambda _: found))
+    monkeypatch.setattr(sys.modules["scriptcontext"], "doc", kept, raising=False)
+    assert run_once(take, x=Guid())["y"].n_faces > 0
+
+
 def test_another_unit_of_the_document_is_another_input(canvas: Canvas, metres: Any) -> None:
     sticky: dict[str, Any] = {}
     first = run_once(tell_document, sticky=sticky, x=1)["y"]

@@ -29,7 +29,7 @@ from grasshopper_files.components import ACCESS, HINTS
 from weavecore import pipeline
 from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
 
-ANNOTATIONS = {"float": "float", "int": "int", "bool": "bool", "str": "str", "ghdoc": None}
+ANNOTATIONS = {"float": "float", "int": "int", "bool": "bool", "str": "str", "none": None, "plane": None}
 DOME = str(COMPONENTS.parent / "sample_files" / "hemisphere.3dm")
 NEEDS = {
     "Weave_Surface": "geometry",
@@ -88,6 +88,7 @@ def test_every_parameter_says_what_it_is(name: str) -> None:
             assert parameter["description"].endswith(".")
     for i, parameter in enumerate(parameters_of(COMPONENTS / name, "input")):
         assert parameter["typeHintID"] in HINTS
+        assert parameter["typeHintID"] != "ghdoc", "geometry would come as an id"
         assert parameter["scriptParamAccess"] in ACCESS
         # Else Grasshopper would complain of what is not wired, and the script not keep silent.
         assert parameter["optional"] is True

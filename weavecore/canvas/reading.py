@@ -83,9 +83,16 @@ def _can_be_guarded() -> bool:
 
 
 def _referenced(object_id: Any) -> Any:
-    """The geometry of an object of the open document."""
-    document: Any = import_module("Rhino").RhinoDoc.ActiveDoc
-    found = document.Objects.FindId(object_id) if document is not None else None
-    if found is None:
-        raise NoSurface("The document has no such object", remedy="Pick it again.", ids=[object_id], kind="object")
-    return found.Geometry
+    """The geometry of an object of the open document, or of the one that Grasshopper keeps for scripts."""
+    for objects in _tables():
+        find = getattr(objects, "FindId", None) or objects.Find
+        found = find(object_id)
+        if found is not None:
+            return found.Geometry
+    raise NoSurface("The document has no such object", remedy="Pick it again.", ids=[object_id], kind="object")
+
+
+def _tables() -> list[Any]:
+    """The objects of both documents, as far as there are any."""
+    documents = [import_module("Rhino").RhinoDoc.ActiveDoc, getattr(import_module("scriptcontext"), "doc", None)]
+    return [document.Objects for document in documents if document is not None]
