@@ -6,11 +6,12 @@ from typing import Callable, Optional
 
 import numpy as np
 
+from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Bools
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.judging import find_room, find_uncovered, stop_at
 from weavecore.offsetting.fronts.laying import lay_children
-from weavecore.offsetting.fronts.meeting import meet_themselves
+from weavecore.offsetting.fronts.meeting import curves_meet, meet_themselves
 from weavecore.offsetting.fronts.rays import Rays, cast_rays, end_steps
 from weavecore.offsetting.fronts.regrouping import regroup
 from weavecore.offsetting.fronts.seeds import seed_curves, seed_walls
@@ -60,24 +61,41 @@ def _cast_from_walls(ground: Ground, spacing: float) -> Rays:
 
 def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float) -> tuple[Curves, Rays]:
     """The children that have room before them (§4.5), and their own rays."""
-    children = offset_once(ground, rays)
+    children = offset_once(ground, rays, parents)
     rays = cast_rays(ground, seed_curves(ground, children, step=spacing / STEPS_PER_SPACING), spacing=spacing)
     if len(children) == 0:
         return children, rays
+    if parents is not None:
+        _refuse_crossings(ground, children, parents)
     stays, gone = find_room(ground, rays, children, parents)
     doubtful = ~stays & ~gone
     stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
     return children.take(stays), rays.take(stays)
 
 
-def offset_once(ground: Ground, rays: Rays) -> Curves:
+def _refuse_crossings(ground: Ground, children: Curves, parents: Curves) -> None:
+    """Raise `Degenerate` where a child crosses a parent all the same: the surface is too sharp for steps so wide."""
+    crossing = curves_meet(ground, children, parents)
+    if len(crossing):
+        raise Degenerate(
+            "A polyline that would cross the one it is offset from, behind a sharp feature",
+            remedy='Take the method "levels", which passes sharp features, or another spacing.',
+            ids=np.unique(children.face[crossing.first]).tolist(),
+            kind="face",
+        )
+
+
+def offset_once(ground: Ground, rays: Rays, fronts: Curves | None) -> Curves:
     """The children of some fronts, regrouped until none crosses any (§4.3, §4.4), where no front has been."""
     ends = end_steps(ground, rays)
-    curves = lay_children(ground, rays, ends)
+    curves = lay_children(ground, rays, ends, fronts)
     meetings = meet_themselves(ground, curves)
     for _ in range(_MOST_ROUNDS):
         regrouped = regroup(ground, curves, meetings)
-        curves = unfold(ground, regrouped.curves.take(find_uncovered(ground, rays, ends, curves, regrouped)))
+        curves = regrouped.curves.take(find_uncovered(ground, rays, ends, curves, regrouped))
+        plain = unfold(ground, curves)
+        if fronts is None or len(curves_meet(ground, plain, fronts)) == 0:
+            curves = plain
         # Where several cross in one place, rounding may leave a pair.
         meetings = meet_themselves(ground, curves)
         if len(meetings) == 0:
@@ -96,7 +114,7 @@ def _are_deep(ground: Ground, fronts: Curves, *, spacing: float) -> Bools:
     rays = cast_rays(ground, seed_curves(ground, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
     rays = stop_at(ground, rays, fronts)
     ends = end_steps(ground, rays)
-    raw = lay_children(ground, rays, ends)
+    raw = lay_children(ground, rays, ends, fronts)
     regrouped = regroup(ground, raw, meet_themselves(ground, raw))
     is_left = find_uncovered(ground, rays, ends, raw, regrouped)
     group = np.zeros(len(fronts), np.int64)

@@ -75,6 +75,13 @@ def meet_themselves(ground: Ground, curves: Curves) -> Meetings:
     return Meetings.of(parts)
 
 
+def curves_meet(ground: Ground, curves: Curves, others: Curves) -> Meetings:
+    """Where curves cross others."""
+    ours = _Segments(ground, curves.face, curves.start, curves.end)
+    theirs = _Segments(ground, others.face, others.start, others.end)
+    return Meetings.of([_meet(ours, i, theirs, j) for i, j in _candidates(ours.face, theirs.face)])
+
+
 def rays_meet(ground: Ground, rays: Rays, curves: Curves) -> Meetings:
     """Where rays, named by their segments, cross curves."""
     walks = rays.walks

@@ -47,6 +47,8 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     ------
     Unsupported
         When the spacing is not a positive number, or a component is closed and not cut.
+    Degenerate
+        When the surface is too sharp for steps of that length.
     SpacingTooLarge
         When not one child has room inside the surface.
     TooMuchWork

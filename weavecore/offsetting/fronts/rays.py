@@ -99,11 +99,14 @@ class Ends:
     face : (n,) int64
     weights : (n, 3) float64
     points : (n, 3) float64
+    far : (n,) float64
+        How long the steps are.
     """
 
     face: Ints
     weights: Floats
     points: Floats
+    far: Floats
 
 
 def cast_rays(ground: Ground, seeds: Seeds, *, spacing: float) -> Rays:
@@ -126,4 +129,4 @@ def end_steps(ground: Ground, rays: Rays) -> Ends:
     """
     end = np.minimum(rays.reach, _BEFORE_A_STOP * rays.stop)
     face, weights = place_along(rays.walks, end)
-    return Ends(face, weights, ground.points(face, weights))
+    return Ends(face, weights, ground.points(face, weights), end)
