@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from weavecore.errors import UnitUnknown, WeaveError
     from weavecore.model import Bands, Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
     from weavecore.pipeline import (
+        Workshop,
         draw_picture,
         export,
         fabricate,
@@ -45,6 +46,7 @@ __all__ = [
     "UnitUnknown",
     "Weave",
     "WeaveError",
+    "Workshop",
     "__version__",
     "draw_picture",
     "export",

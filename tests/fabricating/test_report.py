@@ -12,10 +12,14 @@ import pytest
 
 from fabricated import PATTERNS, SHELL, made, make, table
 from weavecore import pipeline
+from weavecore.fabricating.fabricate import fabricate_weave
 from weavecore.fabricating.reporting import check_files
 from weavecore.fabricating.summary import Fabrication
+from weavecore.fabricating.table import Source
 from weavecore.fabricating.workshop import Workshop
+from weavecore.weaving.sequence import find_sequence
 from woven_rods import tube_latitudes
+from woven_tube import tube_lattice
 
 WITH_TEMPLATES = Workshop(stock=600.0, templates=("dxf", "svg"))
 
@@ -188,3 +192,18 @@ def test_offenders_are_named() -> None:
     found = next(finding for finding in check_files(files) if finding.invariant == "node_rebuilt_off_mm")
     assert found.ids == (joint,)
     assert found.value == pytest.approx(0.3, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "pattern"), [("handle", "twill"), ("closed_body", "kagome"), ("hourglass", "triangular")]
+)
+def test_rods_that_cross_themselves_and_closed_surfaces_break_no_promise(name: str, pattern: str) -> None:
+    workshop = Workshop(stock=700.0, splice="sleeve", overhang=20.0, kerf=1.5, templates=("svg",))
+    assert {finding.invariant for finding in made(name, pattern, workshop).failing} <= MODEL
+
+
+def test_a_model_in_metres_breaks_no_promise_but_those_of_its_thick_rods() -> None:
+    weave = pipeline.weave(tube_lattice())
+    source = Source("", "", weave.over_under, weave.lattice.pattern)
+    folder = fabricate_weave(weave, find_sequence(weave), scale=1000.0, workshop=Workshop(), source=source)
+    assert {finding.invariant for finding in folder.failing} <= MODEL

@@ -60,12 +60,12 @@ def test_lengths_are_millimetres_whatever_the_unit_of_the_model() -> None:
     weave = woven_tube("kagome")
     source = Source("1", "", "plain", "kagome")
     args = (weave, find_sequence(weave))
-    long = Workshop(stock=1e5, templates=())
+    long = Workshop(stock=2e4, templates=())
     one = fabricate_weave(*args, scale=1.0, workshop=long, source=source)
-    inches = fabricate_weave(*args, scale=25.4, workshop=long, source=source)
+    inches = fabricate_weave(*args, scale=2.54, workshop=long, source=source)
     for name, columns in (("rods", ("length", "min_radius", "diameter")), ("joints", ("x", "y", "z"))):
         for column in columns:
-            assert np.allclose(table(inches, name).floats(column), 25.4 * table(one, name).floats(column), atol=0.02)
+            assert np.allclose(table(inches, name).floats(column), 2.54 * table(one, name).floats(column), atol=0.02)
     assert np.array_equal(table(inches, "rods").floats("utilisation"), table(one, "rods").floats("utilisation"))
 
 

@@ -71,15 +71,17 @@ def check_over_under(folder: Folder) -> Iterator[Finding]:
         if not other:
             continue
         pairs.setdefault((joint, min(rod, other), max(rod, other)), []).append(side)
-        order = place.get(joint, [])
-        if rod != other and not ({rod, other} <= set(order) and _is_over(order, rod, other) == (side == "over")):
+        if _contradicts(place.get(joint, []), rod, other, side):
             contrary.append(joint)
     yield count("joint_without_one_over", [key[0] for key, sides in pairs.items() if set(sides) != {"over", "under"}])
     yield count("joint_order_not_as_marked", contrary)
 
 
-def _is_over(order: list[str], rod: str, other: str) -> bool:
-    return order.index(rod) > order.index(other)
+def _contradicts(order: list[str], rod: str, other: str, side: str) -> bool:
+    """Whether the order of a joint is not as a mark says; of a rod that passes it twice either place may be meant."""
+    if rod not in order or other not in order:
+        return True
+    return order.count(rod) == order.count(other) == 1 and (order.index(rod) > order.index(other)) != (side == "over")
 
 
 def check_axes(folder: Folder) -> Iterator[Finding]:

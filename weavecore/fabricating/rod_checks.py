@@ -81,7 +81,7 @@ def check_splices(folder: Folder) -> Iterator[Finding]:
     crossings = splices.floats("n_crossings")
     loose = np.where(is_overlap, crossings < 2, crossings > 0)
     yield count("splice_not_held_as_it_should", [ids[k] for k in np.flatnonzero(loose)])
-    short = is_overlap & (splices.floats("length") < OVERLAP_DIAMETERS * thick - _ROUNDING)
+    short = is_overlap & (splices.floats("length") < OVERLAP_DIAMETERS * (thick - _ROUNDING))
     yield count("splice_overlap_too_short", [ids[k] for k in np.flatnonzero(short)])
     yield worst("splice_utilisation", splices.floats("utilisation"), MOST_UTILISED, ids)
     nearest = splices.floats("nearest_splice")
@@ -101,7 +101,8 @@ def check_bom(folder: Folder) -> Iterator[Finding]:
     density, diameter = bom.floats("density")[0], bom.floats("diameter")[0]
     if density > 0:
         mass = cut * np.pi / 4 * diameter**2 * density * 1e-9
-        yield Finding("bom_mass_off_kg", float(abs(bom.floats("mass")[0] - mass)), 1e-4)
+        room = 1e-4 + mass * _ROUNDING / diameter
+        yield Finding("bom_mass_off_kg", float(abs(bom.floats("mass")[0] - mass)), float(room))
     longest = joints.floats("tie_length").max(initial=0.0)
     yield Finding("tie_longer_than_bought_mm", float(longest), float(bom.floats("tie_size")[0]) if len(joints) else 0.0)
 
