@@ -10,6 +10,7 @@ import pytest
 from bound_rings import cylinder, dumbbell, hemisphere, linked, pair_of_pants
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET
 from weavecore.weaving.strands import MOST_BEND, find_strands
+from woven_rods import woven_tube
 
 
 def edges_of(strands, s):
@@ -76,3 +77,15 @@ def test_the_stakes_of_a_tube_run_from_border_to_border_through_the_pocket():
         whole += along[0] == along[-1] == 0
         assert {along[0], along[-1]} <= {0, generation.max()}
     assert whole > 0.5 * len(stakes)
+
+
+def test_turns_are_those_of_the_longitudes_at_the_nodes_that_they_pass() -> None:
+    weave = woven_tube("triangular")
+    expected = []
+    for s in range(len(weave)):
+        nodes = weave.lattice.nodes[weave.strands.strand(s)]
+        if weave.strands.family[s] != LATITUDINAL and len(nodes) > 2:
+            steps = np.diff(nodes, axis=0)
+            steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+            expected += np.arccos(np.clip((steps[1:] * steps[:-1]).sum(1), -1, 1)).tolist()
+    np.testing.assert_allclose(np.sort(weave.turns), np.sort(expected), atol=1e-6)

@@ -11,7 +11,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
 from weavecore.model.bending import Bending
 from weavecore.model.clashes import Clashes
 from weavecore.model.joints import Joints
-from weavecore.model.lattice import Lattice
+from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.material import Material
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
@@ -100,6 +100,19 @@ class Weave:
     def n_ends_inside(self) -> int:
         """How many ends of rods do not lie on a border of the surface."""
         return int((~self.is_border_node[self.end_nodes]).sum())
+
+    @cached_property
+    def turns(self) -> Floats:
+        """(T,) angle in radians by which a rod that is no ring turns at each node that it passes, as the edges turn."""
+        strands = self.strands
+        passes = np.repeat(strands.family != LATITUDINAL, np.diff(strands.offsets))
+        passes[strands.offsets[:-1]] = passes[strands.offsets[1:] - 1] = False
+        at = np.flatnonzero(passes)
+        before, here, after = (self.lattice.nodes[strands.nodes[at + k]] for k in (-1, 0, 1))
+        one, other = here - before, after - here
+        across = np.linalg.norm(np.cross(one, other), axis=1)
+        turns: Floats = np.arctan2(across, (one * other).sum(1)).astype(np.float64)
+        return turns
 
     @property
     def median_length(self) -> float:

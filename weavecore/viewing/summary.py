@@ -61,8 +61,11 @@ def describe_weave(weave: Weave) -> Lines:
     text += f"; {weave.material.name} of {with_unit(weave.rod_diameter, unit)} bears {with_unit(limit, unit)}"
     if len(bending.violations):
         text += f": {_count(len(bending.violations), 'rod')} bent too sharply"
+    rods = f"{len(weave):,}, {with_unit(weave.median_length, unit)} long in the middle, {ends} inside"
+    if len(weave.turns):
+        rods += f"; those across the rings turn by {np.degrees(np.median(weave.turns)):.1f}° a node"
     return [
-        ("rods", f"{len(weave):,}, {with_unit(weave.median_length, unit)} long in the middle, {ends} inside"),
+        ("rods", rods),
         ("weave", f"{weave.over_under}, {conflicts}, {_count(len(weave.clashes), 'clash', 'clashes')}"),
         ("bending", text),
     ]
