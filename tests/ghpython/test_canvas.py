@@ -68,6 +68,23 @@ def test_the_least_used_results_are_dropped(canvas: Canvas) -> None:
     assert done == [*range(8), 8, 1], "0 was in use, 1 was not"
 
 
+def test_an_edited_script_is_run(canvas: Canvas) -> None:
+    sticky: dict[str, Any] = {}
+    outputs = []
+    for source in (
+        "sum(i for i in [x, 1])",
+        "sum(i for i in [x, 1])",
+        "sum(i + 1 for i in [x])",
+        "sum(i + 2 for i in [x])",
+    ):
+        scope: dict[str, Any] = {}
+        exec(f"def compute(run, x):\n    return (object(), {source})", scope)
+        outputs.append(solve(Component(["x"]), sticky, scope["compute"], {"x": 5}, needs={"x": int}, n_outputs=2))
+    assert outputs[0] is outputs[1]
+    assert [value for _, value in outputs[1:]] == [6, 6, 7]
+    assert outputs[2] is not outputs[1]
+
+
 def test_what_fails_is_tried_again(canvas: Canvas) -> None:
     sticky: dict[str, Any] = {}
     tried: list[int] = []
@@ -213,6 +230,17 @@ def test_a_file_that_changes_is_another_input(tmp_path: Path) -> None:
     os.utime(path, (1, 1))
     assert digest(str(path)) != before
     assert digest("no such file") == digest("no such file")
+
+
+def test_a_file_beside_the_definition_is_read_again_when_it_changes(canvas: Canvas, tmp_path: Path) -> None:
+    component = Component(["x"], wired=["x"], file=str(tmp_path / "house.gh"))
+    sticky: dict[str, Any] = {}
+    done: list[Any] = []
+    for content in ("one", "one", "another"):
+        if not done or content == "another":
+            (tmp_path / "shell.obj").write_text(content)
+        run_once(note(done), component, sticky, x="shell.obj")
+    assert len(done) == 2
 
 
 def test_rhino_geometry_is_told_apart() -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
+from types import CodeType
 from typing import Any, Callable, Optional
 
 from weavecore.canvas.digest import Indistinct, digest
@@ -137,7 +138,7 @@ def solve(
         balloons = tuple((WARNING, f"{name}: nothing comes through the wire.") for name in wired)
         _show(component, Outcome(nothing, "", balloons))
         return nothing
-    kept, key = _shelf(component, sticky), _key_of(inputs) if is_kept else ""
+    kept, key = _shelf(component, sticky), _key_of(compute, inputs, _folder_of(component)) if is_kept else ""
     if key and key in kept:
         kept.move_to_end(key)
         outcome = kept[key]
@@ -210,12 +211,20 @@ def _shelf(component: Any, sticky: MutableMapping[str, Any]) -> OrderedDict[str,
     return shelf
 
 
-def _key_of(inputs: Mapping[str, Any]) -> Optional[str]:
-    """A text for these inputs, with the document's unit; None where they cannot be told from others."""
+def _key_of(compute: Compute, inputs: Mapping[str, Any], folder: Path) -> Optional[str]:
+    """A text for these inputs, the document's unit and the script; None where they cannot be told from others."""
+    # A text may name a file beside the definition, which is another input once it has changed.
+    files = [str(folder / value) for value in inputs.values() if isinstance(value, str)]
     try:
-        return digest([document_unit()._asdict(), dict(inputs)])
+        return digest([document_unit()._asdict(), dict(inputs), files, _text_of(compute.__code__)])
     except Indistinct:
         return None
+
+
+def _text_of(code: CodeType) -> str:
+    """What a function does: who edits a script on the canvas wants to see what it gives now."""
+    inner = [_text_of(part) if isinstance(part, CodeType) else repr(part) for part in code.co_consts]
+    return repr((code.co_code, code.co_names, inner))
 
 
 def _escape_pressed() -> bool:
