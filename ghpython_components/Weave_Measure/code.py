@@ -9,7 +9,9 @@ from weavecore import canvas
 
 
 def compute(run, value):
+    run.progress(0.0, "measuring")
     measures = canvas.measure(value)
+    run.progress(0.5, "checking")
     findings = canvas.check(run, value)
     run.caption = canvas.measures_caption(measures)
     edges = None if measures.edges is None else measures.edges.tolist()

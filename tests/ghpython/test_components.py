@@ -223,13 +223,14 @@ def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: d
         assert text.count(". ") >= 1, f"no remedy: {text}"
 
 
-@pytest.mark.parametrize("name", ["Weave_Surface", "Weave_Offset", "Weave_Link", "Weave_Strands", "Weave_Export"])
+@pytest.mark.parametrize("name", NAMES)
 def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], canvas: Canvas, tmp_path: Path) -> None:
     inputs: dict[str, Any] = {
         "Weave_Surface": {"geometry": plane_file(tmp_path)},
         "Weave_Offset": {"surface": stages["surface"]["surface"], "spacing": 60.0},
         "Weave_Link": {"latitudes": stages["offset"]["latitudes"], "pattern": "quad"},
         "Weave_Strands": {"lattice": stages["link"]["lattice"], "diameter": 3.0},
+        "Weave_Measure": {"value": stages["offset"]["latitudes"]},
         "Weave_Export": {"value": stages["link"]["lattice"], "path": str(tmp_path / "woven.obj"), "write": True},
     }[name]
     canvas.is_escape_down = True
