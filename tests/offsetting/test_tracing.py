@@ -9,7 +9,7 @@ from flat_fields import distance_at, flat_field, flat_surface, without_direction
 from planar_meshes import circle, plate, rectangle
 from weavecore.errors import SpacingTooLarge, TooMuchWork
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.contours import count_levels
+from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.field import DistanceField
 from weavecore.offsetting.tracing import trace_latitudes
 from weavecore.tolerances import LEVEL_FROM_VERTEX
@@ -159,7 +159,7 @@ def test_rounding_does_not_tear_a_level_through_vertices():
 
 
 def test_distances_are_compared_with_levels_as_people_would():
-    assert count_levels(np.array([0.3, 0.6, 0.7, 0.2999]), 0.1).tolist() == [3, 6, 7, 2]
+    assert Ladder.of(0.1).count_below(np.array([0.3, 0.6, 0.7, 0.2999])).tolist() == [3, 6, 7, 2]
 
 
 def test_an_edge_may_be_crossed_by_many_levels():
