@@ -17,6 +17,7 @@ from weavecore.files import PathLike, check_folder, check_targets, write_folder,
 from weavecore.linking.derived import link_pattern
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.fronts.method import offset_fronts
+from weavecore.offsetting.ladder import Spacing
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
 from weavecore.reading import inspect_file, read_result, read_surface, surface_from
@@ -59,7 +60,7 @@ WOVEN = "woven.3dm"
 def offset(
     surface: SurfaceMesh,
     *,
-    spacing: Optional[float] = None,
+    spacing: Optional[Spacing] = None,
     method: str = "levels",
     progress: Optional[Progress] = None,
 ) -> Latitudes:
@@ -68,9 +69,10 @@ def offset(
     Parameters
     ----------
     surface : SurfaceMesh
-    spacing : float, optional
+    spacing : float or sequence of float, optional
         Distance from one polyline to the next along the surface, in the model's unit; see
-        `suggest_spacing` for what is taken where it is not given.
+        `suggest_spacing` for what is taken where it is not given.  Of several the first is that from the
+        borders, and the last goes on; ``"levels"`` alone takes several.
     method : str
         ``"levels"``: level sets of the distance from the borders; ``"fronts"``: polylines moved step by
         step, as in the paper.

@@ -88,6 +88,22 @@ class Length:
         return self.value / (METRES[unit] / METRES[self.unit])
 
 
+@dataclass(frozen=True)
+class Lengths:
+    """Several typed lengths, one at least."""
+
+    lengths: tuple[Length, ...]
+
+    @property
+    def least(self) -> Length:
+        """The one with the least value."""
+        return min(self.lengths, key=lambda length: length.value * METRES.get(length.unit, 1.0))
+
+    def in_unit(self, unit: str) -> list[float]:
+        """The values in the unit of a file; see `Length.in_unit`."""
+        return [length.in_unit(unit) for length in self.lengths]
+
+
 def millimetres_in(unit: str, told: Optional[str] = None) -> float:
     """Millimetres in one of the units that a file states, or, where it states none, in the one that is told.
 

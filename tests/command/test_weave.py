@@ -193,3 +193,13 @@ def test_the_parts_of_the_work_make_one_progress(folder: Path, monkeypatch: pyte
     assert fractions[0] == 0.0
     assert fractions[-1] <= 1.0
     assert len({label for _, label in told}) >= 4
+
+
+def test_several_spacings_are_taken_from_the_border_on(run: Run, folder: Path) -> None:
+    ended = run("weave", "tube.3dm", "--json", "w.json", "--spacing", "0.5,1,0.75")
+    assert ended.status == 0
+    result = json.loads(Path("w.json").read_text())
+    distances = sorted(set(result["latitudes"]["distance"]))
+    assert distances[:3] == [0.0, 0.5, 1.5]
+    assert result["parameters"]["spacings"][:2] == [0.5, 1.0]
+    assert run("weave", "tube.3dm", "--spacing", "0.5,x").status == 2

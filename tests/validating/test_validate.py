@@ -151,6 +151,16 @@ def _(latitudes: Latitudes) -> Latitudes:
     return replace(latitudes, distance=[0, 0, 1, 1, 2, 2.001])
 
 
+@breaks("latitudes", "step_over_spacing")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, distance=[0, 0, 1, 1, 2.1, 2.1])
+
+
+@breaks("latitudes", "distances_not_rising")
+def _(latitudes: Latitudes) -> Latitudes:
+    return replace(latitudes, distance=[0, 0, 1, 1, 1, 1])
+
+
 @breaks("latitudes", "coverage_gap_of_spacing")
 def _(latitudes: Latitudes) -> Latitudes:
     old, keep = latitudes.polylines, latitudes.polylines.offsets[2]

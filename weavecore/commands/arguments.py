@@ -9,7 +9,7 @@ from typing import Annotated, Callable, Optional
 import typer
 
 from weavecore.errors import Unsupported
-from weavecore.units import Length, parse_length
+from weavecore.units import Length, Lengths, parse_length
 
 
 def length(text: str) -> Length:
@@ -18,6 +18,11 @@ def length(text: str) -> Length:
         return parse_length(text)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
+
+
+def lengths(text: str) -> Lengths:
+    """Lengths between commas."""
+    return Lengths(tuple(length(part) for part in text.split(",")))
 
 
 @dataclass(frozen=True)

@@ -21,13 +21,15 @@ from weavecore.commands.arguments import (
     known_pattern,
     known_style,
     length,
+    lengths,
 )
 from weavecore.commands.input_file import read_input, told_names, written
-from weavecore.units import Length
+from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 if TYPE_CHECKING:
     from weavecore.model import SurfaceMesh
+    from weavecore.offsetting.ladder import Spacing
 
 _MATERIALS = "What the rods are made of: gfrp, gfrp-short, bamboo, rattan or steel-strip."
 
@@ -44,9 +46,12 @@ def weave(
         Optional[Path], typer.Option(metavar="OUT.png", callback=ends_with(".png"), help="A picture of it.")
     ] = None,
     spacing: Annotated[
-        Optional[Length],
+        Optional[Lengths],
         typer.Option(
-            parser=length, metavar="LENGTH", help="Distance between rings: 120, 120mm, 4.7in…; chosen if not given."
+            parser=lengths,
+            metavar="LENGTH",
+            help="Distance between rings: 120, 120mm, 4.7in…, or several from the border on: 80,100,120; "
+            "chosen if not given.",
         ),
     ] = None,
     edge: Annotated[
@@ -99,7 +104,7 @@ def weave(
             objects=object_name,
             plane=cut_plane,
             edge_target=edge_target,
-            spacing=spacing or edge,
+            spacing=spacing.least if spacing else edge,
             time_limit=time_limit,
             progress=part_of(tell, 0.0, 0.1),
         )
@@ -132,12 +137,13 @@ def weave(
         show_lines([(label, text + notes.get(label, "")) for label, text in lines] + written(targets))
 
 
-def _spacing(surface: "SurfaceMesh", spacing: Optional[Length], edge: Optional[Length]) -> tuple[bool, float]:
+def _spacing(surface: "SurfaceMesh", spacing: Optional[Lengths], edge: Optional[Length]) -> tuple[bool, "Spacing"]:
     """Whether the spacing was left to the program, and the spacing in the file's unit."""
     from weavecore import pipeline
 
     if spacing:
-        return False, spacing.in_unit(surface.unit)
+        distances = spacing.in_unit(surface.unit)
+        return False, distances if len(distances) > 1 else distances[0]
     if edge:
         return False, pipeline.spacing_for_edges(edge.in_unit(surface.unit))
     return True, pipeline.suggest_spacing(surface)

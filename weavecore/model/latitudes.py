@@ -79,7 +79,7 @@ class Latitudes:
         Pairs (parent, child), sorted; a child is one generation above its parent.
     bands : Bands
     spacing : float
-        Distance from one generation to the next.
+        Distance from one generation to the next; where these differ, the widest.
     vertex_distance : (V,) float64
         Distance from the borders at every vertex of the surface.
     """

@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.model.latitudes import Bands
 from weavecore.offsetting.contours import Crossings, Loops
+from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.persistence import Regions
 from weavecore.offsetting.sheet import Sheet
 
@@ -76,7 +77,7 @@ class Pieces:
         return depth
 
 
-def find_bands(sheet: Sheet, regions: Regions, crossings: Crossings, loops: Loops, *, spacing: float) -> Bands:
+def find_bands(sheet: Sheet, regions: Regions, crossings: Crossings, loops: Loops, *, ladder: Ladder) -> Bands:
     """The bands, by their first parent.
 
     Parameters
@@ -93,7 +94,7 @@ def find_bands(sheet: Sheet, regions: Regions, crossings: Crossings, loops: Loop
     is_parent = np.arange(len(polyline)) < len(sheet.side_polyline) + len(first)
     is_left = is_parent.copy()
     is_left[: len(sheet.side_polyline)] = sheet.side_is_left
-    reached = np.asarray(spacing * crossings.level, np.float64)
+    reached = ladder.distance(crossings.level.astype(np.float64))
     euler, depth = pieces.euler(sheet, regions), pieces.depths(sheet.distance, reached)
     return order_bands(polyline, band, is_parent, is_left, euler, depth)
 

@@ -14,10 +14,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Ints, offsets_of
 from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
 from weavecore.offsetting.sheet import Sheet
-from weavecore.tolerances import LEVEL_REACHED
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +58,6 @@ class Loops:
 
     order: Ints
     offsets: Ints
-
-
-def count_levels(distance: Floats, spacing: float) -> Ints:
-    """Number of levels at or below each distance."""
-    return np.floor(distance / spacing + LEVEL_REACHED).astype(np.int64)
 
 
 def count_crossings(sheet: Sheet, band: Ints) -> int:

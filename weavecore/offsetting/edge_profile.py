@@ -12,6 +12,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.offsetting.contours import Crossings
+from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.persistence import Regions
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEVEL_FROM_VERTEX
@@ -23,7 +24,7 @@ _LEAST_FLAT = 0.25
 _LEAST_SLOPE, _NEAR, _MOST_STEPS = 0.01, 1e-9, 60
 
 
-def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spacing: float) -> Floats:
+def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, ladder: Ladder) -> Floats:
     """(N,) where each crossing lies on its halfedge: 0 at its deep end, 1 at its shallow end.
 
     Positions on one edge keep the order of their levels, apart from each other and from the ends.
@@ -31,7 +32,7 @@ def place_crossings(sheet: Sheet, regions: Regions, crossings: Crossings, *, spa
     deep, shallow = crossings.deep, crossings.shallow
     low, high = regions.distance[shallow], regions.distance[deep]
     rise = np.maximum(high - low, np.finfo(float).tiny)
-    height = np.clip((spacing * crossings.level - low) / rise, 0.0, 1.0)
+    height = np.clip((ladder.distance(crossings.level.astype(np.float64)) - low) / rise, 0.0, 1.0)
     along = sheet.points[deep] - sheet.points[shallow]
     normal = sheet.edge_normals(crossings.halfedge)
     start, is_start = slope_along(sheet.gradient[shallow], along, normal)

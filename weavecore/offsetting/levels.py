@@ -6,14 +6,15 @@ from typing import Callable, Optional
 
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
-from weavecore.offsetting.preparing import check_spacing, refine_for, refuse_closed
+from weavecore.offsetting.ladder import Ladder, Spacing
+from weavecore.offsetting.preparing import refine_for, refuse_closed
 from weavecore.offsetting.tracing import trace_latitudes
 from weavecore.offsetting.wavefront import measure_distance
 
 Progress = Optional[Callable[[float, str], None]]
 
 
-def offset_levels(surface: SurfaceMesh, *, spacing: float, progress: Progress = None) -> Latitudes:
+def offset_levels(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress = None) -> Latitudes:
     """Offset the borders and cuts of a surface inwards until they fill it (Yan et al. 2016, §4).
 
     The paper moves one polyline after the other and mends where they cross (§4.3, §4.4).  Here
@@ -24,8 +25,9 @@ def offset_levels(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     ----------
     surface : SurfaceMesh
         Every component has a border or a cut.
-    spacing : float
-        Distance from one polyline to the next along the surface, in the model's unit.
+    spacing : float or sequence of float
+        Distance from one polyline to the next along the surface, in the model's unit; of several the first is
+        that from the borders, and the last goes on.
     progress : callable, optional
         Called with a fraction and a label.
 
@@ -44,8 +46,8 @@ def offset_levels(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     TooMuchWork
         When the mesh that the spacing asks for would be too large.
     """
-    spacing = check_spacing(spacing)
+    ladder = Ladder.of(spacing)
     refuse_closed(surface)
-    fine = refine_for(surface, spacing)
+    fine = refine_for(surface, ladder.least)
     field = measure_distance(fine, progress=progress)
     return trace_latitudes(fine, field, spacing=spacing)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEAST_NECK
 
@@ -18,10 +19,11 @@ _STEEP = 0.4
 """A ridge that rises more steeply than this is a corner of a level, not a narrow tongue."""
 
 
-def cut_necks(sheet: Sheet, *, spacing: float) -> Floats:
+def cut_necks(sheet: Sheet, *, ladder: Ladder) -> Floats:
     """(n,) the distance, with narrow ridges and saddles near a level put `LEAST_NECK` spacings below it."""
-    level = np.round(sheet.distance / spacing)
-    above = sheet.distance / spacing - level
+    height = ladder.height(sheet.distance)
+    level = np.round(height)
+    above = height - level
     is_near = (np.abs(above) < LEAST_NECK) & (level > 0)
     is_narrow = is_near & (above >= 0) & (sheet.steepness < _STEEP)
     # What lies beside a narrow ridge, yet beyond the level, would be left as a splinter.
@@ -34,7 +36,7 @@ def cut_necks(sheet: Sheet, *, spacing: float) -> Floats:
     near = np.flatnonzero(is_near)
     is_low[near] |= _are_saddles(sheet, near)
     distance = sheet.distance.copy()
-    distance[is_low] = (level[is_low] - LEAST_NECK) * spacing
+    distance[is_low] = ladder.distance(level[is_low] - LEAST_NECK)
     return distance
 
 

@@ -15,7 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
-from weavecore.offsetting.contours import count_levels
+from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.necks import cut_necks
 from weavecore.offsetting.sheet import Sheet
 from weavecore.tolerances import LEAST_CAP
@@ -42,22 +42,23 @@ class Regions:
     distance: Floats
 
 
-def group_nodes(sheet: Sheet, *, spacing: float) -> Regions:
+def group_nodes(sheet: Sheet, *, ladder: Ladder) -> Regions:
     """Group the nodes into regions and level pits and caps.
 
     Every region that is left has a lower neighbour or holds a border, so that each polyline
     has a parent; each that has no higher neighbour rises `LEAST_CAP` spacings above its level.
     """
-    distance = cut_necks(sheet, spacing=spacing)
-    band = count_levels(distance, spacing)
+    distance = cut_necks(sheet, ladder=ladder)
+    band = ladder.count_below(distance)
     tail, head = sheet.tail[sheet.edges], sheet.head[sheet.edges]
     falls = band[tail] != band[head]
     count, label = _components(tail[~falls], head[~falls], sheet.n_nodes)
     graph = _RegionGraph(band, label, count, tail[falls], head[falls])
-    region_band, merged = graph.level(distance / spacing, sheet.on_border())
+    region_band, merged = graph.level(ladder.height(distance), sheet.on_border())
     settled = region_band[label]
     moved = settled != band
-    distance[moved] = np.clip(distance, settled * spacing, (settled + 1) * spacing)[moved]
+    level = settled[moved].astype(np.float64)
+    distance[moved] = np.clip(distance[moved], ladder.distance(level), ladder.distance(level + 1.0))
     return Regions(settled, merged[label], int(merged.max()) + 1, distance)
 
 

@@ -16,7 +16,9 @@ EDGES_PER_SPACING = 2.0
 
 
 def check_spacing(spacing: float) -> float:
-    """The spacing as a float; raise `Unsupported` where it is no positive length."""
+    """The spacing as a float; raise `Unsupported` where it is no positive length, or more than one."""
+    if np.ndim(spacing):
+        raise Unsupported("This method takes one spacing", remedy='Give one, or take the method "levels".')
     spacing = float(spacing)
     if not (np.isfinite(spacing) and spacing > 0):
         raise Unsupported(

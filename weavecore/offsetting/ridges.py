@@ -14,15 +14,15 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.edge_splitting import NOT_SPLIT, split_edges
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.offsetting.contours import count_levels
 from weavecore.offsetting.edge_profile import KINK, slope_along
+from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.sheet import Sheet
 
 _LEAST_SHARE = 0.01
 """A peak nearer to an end than this part of the edge is as well told by that end."""
 
 
-def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet:
+def split_ridges(sheet: Sheet, edge_lengths: Floats, *, ladder: Ladder) -> Sheet:
     """The sheet with a node wherever an edge has a peak less than its length beyond a level.
 
     Parameters
@@ -30,9 +30,9 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet
     sheet : Sheet
     edge_lengths : (3F,) float64
         Length of every halfedge.
-    spacing : float
+    ladder : Ladder
     """
-    halfedge, share, peak = _find_peaks(sheet, edge_lengths, spacing)
+    halfedge, share, peak = _find_peaks(sheet, edge_lengths, ladder)
     if len(halfedge) == 0:
         return sheet
     a, b = sheet.tail[halfedge], sheet.head[halfedge]
@@ -55,14 +55,14 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, spacing: float) -> Sheet
     )
 
 
-def _find_peaks(sheet: Sheet, edge_lengths: Floats, spacing: float) -> tuple[Ints, Floats, Floats]:
+def _find_peaks(sheet: Sheet, edge_lengths: Floats, ladder: Ladder) -> tuple[Ints, Floats, Floats]:
     """Halfedges with a peak that a level comes near, where on them it lies, and its distance."""
     h = sheet.edges[sheet.twins[sheet.edges] != NO_TWIN]
     a, b = sheet.tail[h], sheet.head[h]
     higher = np.maximum(sheet.distance[a], sheet.distance[b])
     # No distance rises faster than the way: this is the most that a peak can be.
     most = 0.5 * (sheet.distance[a] + sheet.distance[b] + edge_lengths[h])
-    h = h[_level_at(most, spacing) > higher - edge_lengths[h]]
+    h = h[_level_at(most, ladder) > higher - edge_lengths[h]]
     h = h[_rises_from_both_ends(sheet, h)]
     a, b = sheet.tail[h], sheet.head[h]
     along, normal = sheet.points[b] - sheet.points[a], sheet.edge_normals(h)
@@ -72,7 +72,7 @@ def _find_peaks(sheet: Sheet, edge_lengths: Floats, spacing: float) -> tuple[Int
     h, a, b, rise, fall = h[is_ridge], a[is_ridge], b[is_ridge], rise[is_ridge], fall[is_ridge]
     share = (sheet.distance[b] + fall - sheet.distance[a]) / (rise + fall)
     peak = sheet.distance[a] + rise * share
-    level = _level_at(peak, spacing)
+    level = _level_at(peak, ladder)
     is_near = (level > 0) & (peak - level < edge_lengths[h]) & (share > _LEAST_SHARE) & (share < 1 - _LEAST_SHARE)
     return h[is_near], share[is_near], peak[is_near]
 
@@ -85,6 +85,6 @@ def _rises_from_both_ends(sheet: Sheet, h: Ints) -> Bools:
     return np.asarray((rise > 0) & (fall > 0))
 
 
-def _level_at(distance: Floats, spacing: float) -> Floats:
+def _level_at(distance: Floats, ladder: Ladder) -> Floats:
     """The highest level at or below each distance."""
-    return np.asarray(spacing * count_levels(distance, spacing), np.float64)
+    return ladder.distance(ladder.count_below(distance).astype(np.float64))

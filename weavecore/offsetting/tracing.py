@@ -13,6 +13,7 @@ from weavecore.offsetting.bands import find_bands, find_parents
 from weavecore.offsetting.contours import Crossings, Loops, chain_loops, count_crossings, find_crossings
 from weavecore.offsetting.edge_profile import place_crossings
 from weavecore.offsetting.field import DistanceField
+from weavecore.offsetting.ladder import Ladder, Spacing
 from weavecore.offsetting.opening import open_sheet
 from weavecore.offsetting.persistence import group_nodes
 from weavecore.offsetting.ridges import split_ridges
@@ -21,16 +22,16 @@ from weavecore.offsetting.sheet import Sheet
 MOST_POINTS = 30_000_000
 
 
-def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: float) -> Latitudes:
-    """Trace the levels ``k * spacing`` of a distance field and find the bands between them.
+def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: Spacing) -> Latitudes:
+    """Trace the levels of a distance field and find the bands between them.
 
     Parameters
     ----------
     surface : SurfaceMesh
     field : DistanceField
         Finite everywhere.
-    spacing : float
-        In the model's unit.
+    spacing : float or sequence of float
+        From one level to the next, in the model's unit; of several the last goes on.
 
     Raises
     ------
@@ -39,25 +40,26 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: floa
     TooMuchWork
         When the polylines would have more than 30 million points.
     """
-    refuse_too_many_points(float(field.distance.max()) / spacing, spacing)
-    sheet = split_ridges(open_sheet(surface, field), surface.edge_lengths, spacing=spacing)
-    regions = group_nodes(sheet, spacing=spacing)
+    ladder = Ladder.of(spacing)
+    refuse_too_many_points(float(ladder.height(field.distance).max()), ladder.least)
+    sheet = split_ridges(open_sheet(surface, field), surface.edge_lengths, ladder=ladder)
+    regions = group_nodes(sheet, ladder=ladder)
     if not regions.band.any():
-        raise too_large(spacing, least_depth(surface, field.distance))
-    refuse_too_many_points(count_crossings(sheet, regions.band), spacing)
+        raise too_large(float(ladder.steps[0]), least_depth(surface, field.distance))
+    refuse_too_many_points(count_crossings(sheet, regions.band), ladder.least)
     crossings = find_crossings(sheet, regions.band)
-    part = place_crossings(sheet, regions, crossings, spacing=spacing)
+    part = place_crossings(sheet, regions, crossings, ladder=ladder)
     loops = chain_loops(crossings)
-    bands = find_bands(sheet, regions, crossings, loops, spacing=spacing)
+    bands = find_bands(sheet, regions, crossings, loops, ladder=ladder)
     generation = np.concatenate([np.zeros(sheet.n_origins, np.int64), crossings.level[loops.order[loops.offsets[:-1]]]])
     return Latitudes(
         surface=surface,
         polylines=_polylines(surface, sheet, crossings, part, loops),
         generation=generation,
-        distance=generation * spacing,
+        distance=ladder.distance(generation.astype(np.float64)),
         parents=find_parents(bands),
         bands=bands,
-        spacing=spacing,
+        spacing=ladder.widest(int(generation.max()) + 1),
         vertex_distance=field.distance,
     )
 

@@ -81,8 +81,19 @@ def _check_generations(latitudes: Latitudes) -> Iterator[Finding]:
     yield count("parent_links_wrong", np.flatnonzero(step != 1), "link")
     orphans = np.setdiff1d(np.flatnonzero(generation > 0), parents[:, 1])
     yield count("orphans", orphans, "polyline")
-    off = np.abs(latitudes.distance - generation * latitudes.spacing)
-    yield Finding("distance_off_of_spacing", float(off.max(initial=0.0)) / latitudes.spacing, 1e-9)
+    yield from _check_distances(latitudes)
+
+
+def _check_distances(latitudes: Latitudes) -> Iterator[Finding]:
+    """The borders are at distance 0, all polylines of a generation at one, and no step is wider than the spacing."""
+    distance, spacing = latitudes.distance, latitudes.spacing
+    of_generation = np.zeros(latitudes.n_generations)
+    of_generation[latitudes.generation] = distance
+    off = np.abs(distance - np.where(latitudes.generation > 0, of_generation[latitudes.generation], 0.0))
+    yield Finding("distance_off_of_spacing", float(off.max(initial=0.0)) / spacing, 1e-9)
+    step = np.diff(of_generation)
+    yield Finding("step_over_spacing", float(step.max(initial=0.0)) / spacing - 1.0, 1e-9)
+    yield count("distances_not_rising", np.flatnonzero(step <= 0) + 1, "generation")
 
 
 def _coverage_gap(latitudes: Latitudes) -> float:
