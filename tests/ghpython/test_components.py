@@ -286,7 +286,9 @@ def test_balloons_come_again_with_results_that_are_kept(canvas: Canvas, stages: 
     again = run_component("Weave_Strands", lattice=stages["link"]["lattice"], diameter=8.0)
     assert again["weave"] is first["weave"]
     assert again.messages == first.messages
-    assert any("Bent too sharply" in text for _, text in first.messages)
+    assert any(text.startswith("Bent too sharply: ") for _, text in first.messages)
+    conflicts = len(first["weave"].conflicts)
+    assert any(f" at {conflicts} place" in text for _, text in first.messages) == (conflicts > 0)
 
 
 def test_export_writes_only_when_it_is_told_to(canvas: Canvas, stages: dict[str, Ran], tmp_path: Path) -> None:

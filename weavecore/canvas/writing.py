@@ -54,7 +54,8 @@ def concerns(weave: Weave) -> list[str]:
         more = f" and {len(worst) - _MOST_NAMED} more" if len(worst) > _MOST_NAMED else ""
         said.append(f"Bent too sharply: {names}{more}. Take thinner rods, another material or a larger spacing.")
     if len(weave.conflicts):
-        said.append(f"{len(weave.conflicts)} places where over and under do not alternate. Another pattern may help.")
+        places = counted(len(weave.conflicts), "place")
+        said.append(f"Rods cannot go over and under as the style wants at {places}. Another pattern may help.")
     return said
 
 
