@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import rhino_shapes as make
+from weavecore.errors import WeaveError
 from weavecore.geometry.halfedges import border_loops, check_manifold_vertices, find_twins
 from weavecore.geometry.nurbs import NurbsCurve, surface_points
 from weavecore.geometry.relaxing import least_angles
@@ -53,6 +55,14 @@ def test_no_triangle_cuts_across_a_fold_at_the_border(turn, against):
     mesh = mesh_brep(folded_with_round_trim(turn, against))
     x, _, z = mesh.vertices[mesh.faces].mean(1).T
     assert np.abs(z - 0.25 * np.maximum(x - 1, 0)).max() <= 1e-9
+
+
+def test_a_trim_without_length_is_refused_as_damaged():
+    shape = folded_with_round_trim(0.0, against=False)
+    (trim,) = shape.faces[0].loops[0]
+    point = replace(trim, uv=np.tile(trim.uv[:1], (len(trim.uv), 1)))
+    with pytest.raises(WeaveError):
+        mesh_brep(replace(shape, faces=(replace(shape.faces[0], loops=((point,),)),)))
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, 1.9])

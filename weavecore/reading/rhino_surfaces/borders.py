@@ -107,6 +107,8 @@ def travelled_shares(face: FaceShape, trim: TrimCurve) -> Floats:
     steps = np.linalg.norm(np.diff(surface_points(face.surface, trim.uv), axis=0), axis=1)
     if steps.sum() == 0:
         steps = np.linalg.norm(np.diff(trim.uv, axis=0), axis=1)
+    if steps.sum() == 0:  # A damaged trim may be a single place.
+        steps = np.ones(len(steps))
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     shares: Floats = travelled / travelled[-1]
     return shares
