@@ -20,7 +20,7 @@ from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.opening import halfedges_of_cuts, part_vertices
 from weavecore.offsetting.tracing import corners_at
 
-_SAMPLES_PER_SPACING = 50
+_SAMPLES_PER_SPACING = 20
 
 
 def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, spacing: float) -> Latitudes:
@@ -174,7 +174,7 @@ def _vertex_distances(
         side = np.full(len(polylines), NONE)
         sides = np.flatnonzero(is_parent)[::-1] if second else np.flatnonzero(is_parent)
         side[polyline[sides]] = piece[sides]
-        tree = cKDTree(np.c_[samples, far * side[owner]])
+        tree = cKDTree(np.c_[samples, far * side[owner]], balanced_tree=False)
         away, nearest = tree.query(np.c_[surface.vertices[pieces.vertex], far * pieces.of_node])
         distance = generation[owner[nearest]] * spacing + away
         found = np.minimum(found, np.where(away < far / 2, distance, np.inf))

@@ -17,8 +17,6 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 DOUBT = 1e-6
 """Radians below 2π down to which the sum of the angles leaves a crossing possible."""
 
-_ROUNDING = 8 * np.finfo(float).eps
-
 
 def sum_of_four_angles(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
     """Sum (n,) of the angles at the corners of the quadrilaterals a c b d, each between 0 and π.
@@ -40,16 +38,27 @@ def sides_of(a: Floats, b: Floats, points: Floats) -> Ints:
 
     The sign is that of the exact value of the coordinates given.
     """
-    u, v = b - a, points - a
-    one, other = u[:, 0] * v[:, 1], u[:, 1] * v[:, 0]
-    # The differences are rounded as well: their errors are of the size of the coordinates.
-    size = np.maximum(np.abs(a), np.maximum(np.abs(b), np.abs(points))).max(1)
-    bound = _ROUNDING * (np.abs(one) + np.abs(other) + size * (np.abs(u).max(1) + np.abs(v).max(1)))
-    sides = np.where(one >= other, 1, -1)
-    for k in np.flatnonzero(np.abs(one - other) <= bound).tolist():
+    sides, is_sure = _sides_in(np.float64, a, b, points)
+    rest = np.flatnonzero(~is_sure)
+    # Where the machine has longer numbers these tell nearly all of the rest apart.
+    sides[rest], is_sure = _sides_in(np.longdouble, a[rest], b[rest], points[rest])
+    for k in rest[~is_sure].tolist():
         (ax, ay), (bx, by), (px, py) = (tuple(map(Fraction, q[k].tolist())) for q in (a, b, points))
         sides[k] = 1 if (bx - ax) * (py - ay) >= (by - ay) * (px - ax) else -1
     return sides
+
+
+def _sides_in(kind: type, a: Floats, b: Floats, points: Floats) -> tuple[Ints, Bools]:
+    """The sides by numbers of a kind, and where rounding cannot have turned them."""
+    a, b, points = a.astype(kind), b.astype(kind), points.astype(kind)
+    u, v = b - a, points - a
+    one, other = u[:, 0] * v[:, 1], u[:, 1] * v[:, 0]
+    # The differences are rounded as well: their errors are of the size of the coordinates.
+    size = np.maximum(np.abs(a), np.maximum(np.abs(b), np.abs(points))).max(axis=1, initial=0)
+    spread = np.abs(u).max(axis=1, initial=0) + np.abs(v).max(axis=1, initial=0)
+    bound = 8 * np.finfo(kind).eps * (np.abs(one) + np.abs(other) + size * spread)
+    in_line = ((u == 0) & (v == 0)).any(axis=1)  # with an axis, exactly
+    return np.where(one >= other, 1, -1), np.asarray(in_line | (np.abs(one - other) > bound))
 
 
 def ends_on_opposite_sides(a: Floats, b: Floats, c: Floats, d: Floats) -> Bools:
