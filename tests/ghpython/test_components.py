@@ -188,7 +188,7 @@ def test_rods_names_layers_and_bends_belong_together(stages: dict[str, Ran]) -> 
             layers = ran["layers"].branches[GhPath(path[0], item)]
             assert len(layers) == len(weave.strands.strand(s))
     under = [n for layers in ran["layers"].branches.values() for n in layers]
-    assert np.bincount(under)[:3].min() > 100, "three rods cross at most nodes of a triangular lattice"
+    assert np.bincount(under, minlength=3)[:3].min() > 100, "three rods cross at most nodes of a triangular lattice"
 
 
 def test_measures_are_those_of_the_lattice(stages: dict[str, Ran]) -> None:
