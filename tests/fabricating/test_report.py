@@ -207,3 +207,15 @@ def test_a_model_in_metres_breaks_no_promise_but_those_of_its_thick_rods() -> No
     source = Source("", "", weave.over_under, weave.lattice.pattern)
     folder = fabricate_weave(weave, find_sequence(weave), scale=1000.0, workshop=Workshop(), source=source)
     assert {finding.invariant for finding in folder.failing} <= MODEL
+
+
+def test_a_twill_that_is_not_one_is_found() -> None:
+    lattice = pipeline.link(tube_latitudes(150.0, 240.0, 60.0), pattern="twill")
+    files = dict(make(pipeline.weave(lattice, rod_diameter=0.8, over_under="twill 2/2")).files)
+
+    def n_not_listed(contents: dict[str, bytes]) -> float:
+        return next(f.value for f in check_files(contents) if f.invariant == "order_conflict_not_listed")
+
+    assert n_not_listed(files) == 0
+    told_otherwise = {name: content.replace(b"weave twill 2/2", b"weave twill 3/1") for name, content in files.items()}
+    assert n_not_listed(told_otherwise) > 10

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 
 from weavecore.fabricating.report_files import Finding, Folder, count, statement_of
 
+_TWILL = "twill "
+
 Passes = list[tuple[float, str, int]]
 """Station, joint and side, along a rod."""
 
@@ -21,7 +23,9 @@ def check_conflicts(folder: Folder) -> Iterator[Finding]:
     joints, rods = folder.table("joints"), folder.table("rods")
     listed = Counter((rod, joint) for joint, row in zip(joints["joint_id"], joints.lists("conflicts")) for rod in row)
     yield Finding("order_conflicts_listed", float(sum(listed.values())), float("inf"), _names(listed))
-    if weave not in ("plain", "stacked"):
+    if weave.startswith(_TWILL):
+        over, under = (int(part) for part in weave[len(_TWILL) :].split("/"))
+        yield count("order_conflict_not_listed", _twill_breaks(folder, set(listed), over, under))
         return
     closed = dict(zip(rods["rod_id"], rods["closed"]))
     found: Counter[tuple[str, str]] = Counter()
@@ -32,6 +36,38 @@ def check_conflicts(folder: Folder) -> Iterator[Finding]:
                 found[rod, joint] += 1
     yield count("order_conflict_not_listed", _names(found - listed))
     yield count("order_conflict_listed_for_nothing", _names(listed - found))
+
+
+def _twill_breaks(folder: Folder, listed: set[tuple[str, str]], over: int, under: int) -> list[str]:
+    """Where a rod does not go over and under as a twill has it, though no conflict is listed.
+
+    A ring goes over ``over`` rods and under ``under``, the rods across it the other way around; that holds from joint
+    to joint of a ring and one other rod, and begins anew after other joints and where a conflict is listed.
+    """
+    rods, joints = folder.table("rods"), folder.table("joints")
+    rings = {rod for rod, family in zip(rods["rod_id"], rods["family"]) if family == "latitudinal"}
+    rows = zip(joints["joint_id"], joints.lists("rods"))
+    crossed = {joint for joint, row in rows if len(row) == 2 and len(rings.intersection(row)) == 1}
+    broken = []
+    for rod, passes in sides_along_rods(folder).items():
+        m, n = (over, under) if rod in rings else (under, over)
+        cycle = [1] * m + [-1] * n
+        stretch: list[int] = []
+        for _, joint, side in passes:
+            if joint not in crossed or (rod, joint) in listed:
+                stretch = []
+            if joint in crossed:
+                stretch.append(side)
+                if not _goes_in_cycles(stretch, cycle):
+                    broken.append(f"{rod}@{joint}")
+                    stretch = [side]
+    return broken
+
+
+def _goes_in_cycles(sides: list[int], cycle: list[int]) -> bool:
+    """Whether the sides are a part of the cycle that goes on and on."""
+    n = len(cycle)
+    return any(all(side == cycle[(start + k) % n] for k, side in enumerate(sides)) for start in range(n))
 
 
 def sides_along_rods(folder: Folder) -> dict[str, Passes]:
