@@ -10,14 +10,15 @@ from weavecore import canvas
 
 
 def compute(run, surface, spacing, method):
-    latitudes = wc.offset(surface, spacing=spacing, method=method or "levels", progress=run.progress)
+    spacings = canvas.numbers(spacing)
+    latitudes = wc.offset(surface, spacing=spacings, method=method or "levels", progress=run.progress)
     drawn = canvas.draw_latitudes(run, latitudes)
     run.caption = canvas.counts(curve=len(latitudes), generation=latitudes.n_generations)
     return latitudes, drawn.curves, drawn.parents
 
 
 class Offset(Grasshopper.Kernel.GH_ScriptInstance):
-    def RunScript(self, surface, spacing: float, method: str):
+    def RunScript(self, surface, spacing, method: str):
         inputs = {"surface": surface, "spacing": spacing, "method": method}
         component, sticky = ghenv.Component, scriptcontext.sticky
         return canvas.solve(component, sticky, compute, inputs, needs={"surface": wc.SurfaceMesh}, n_outputs=3)

@@ -9,7 +9,7 @@ from typing import Any
 from ghpython.stubs import Component, Ran, run_script
 from grasshopper_files import canvas_objects as canvas
 from grasshopper_files.archive import Chunk
-from grasshopper_files.components import SCRIPT_COMPONENT, script_text
+from grasshopper_files.components import ACCESS, SCRIPT_COMPONENT, script_text
 from grasshopper_files.internalised import decode_geometry
 
 
@@ -81,9 +81,15 @@ class Definition:
             wired = [p.get("Name") for p in inputs if wires_of(p)]
             component = Component(names, wired=wired, InstanceGuid=placed.id)
             outputs = [p.get("Name") for p in placed.parameters("Output")]
-            values = [self.value_at(p) for p in inputs]
+            values = [self.values_at(p) for p in inputs]
             self.ran[name] = run_script(script_text(placed.container), component, values, outputs, name=name)
         return self.ran[name]
+
+    def values_at(self, parameter: Chunk) -> Any:
+        """What a script gets: one value, or a list where the parameter takes one."""
+        if parameter.get("ScriptParamAccess") == ACCESS["list"]:
+            return [self.value_of(source) for source in wires_of(parameter)]
+        return self.value_at(parameter)
 
     def value_at(self, parameter: Chunk) -> Any:
         """What comes through the wire of a parameter, if there is one."""

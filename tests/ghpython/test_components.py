@@ -56,7 +56,9 @@ def test_the_script_fits_its_metadata(name: str) -> None:
     arguments = run_script_of(name).args.args[1:]
     assert [a.arg for a in arguments] == [p["name"] for p in inputs]
     hints = [a.annotation.id if isinstance(a.annotation, ast.Name) else None for a in arguments]
-    assert hints == [ANNOTATIONS[p["typeHintID"]] for p in inputs]
+    # What a list is to a script, is Rhino's to say.
+    is_list = [p["scriptParamAccess"] == "list" for p in inputs]
+    assert hints == [None if many else ANNOTATIONS[p["typeHintID"]] for p, many in zip(inputs, is_list)]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -141,6 +143,17 @@ def test_curves_lie_in_branches_by_generation(stages: dict[str, Ran]) -> None:
     assert first.IsClosed
     start = latitudes.polylines.polyline(0)[0]
     assert tuple(start) == (first.PointAtStart.X, first.PointAtStart.Y, first.PointAtStart.Z)
+
+
+def test_several_spacings_follow_one_another(canvas: Canvas, stages: dict[str, Ran]) -> None:
+    surface = stages["surface"]["surface"]
+    graded = run_component("Weave_Offset", surface=surface, spacing=[30.0, 60.0, 90.0])["latitudes"]
+    steps = np.diff(np.unique(graded.distance))
+    assert steps.tolist() == [30.0, 60.0, *[90.0] * (graded.n_generations - 3)]
+    single = run_component("Weave_Offset", surface=surface, spacing=[50.0])["latitudes"]
+    assert np.array_equal(single.polylines.points, stages["offset"]["latitudes"].polylines.points)
+    unwired = run_component("Weave_Offset", surface=surface, spacing=[])["latitudes"]
+    assert unwired.spacing == pipeline.suggest_spacing(surface)
 
 
 def test_parents_are_found_in_the_branch_before(canvas: Canvas) -> None:

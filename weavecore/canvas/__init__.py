@@ -6,7 +6,7 @@ Nothing here imports Grasshopper before it is needed, so that it can be tested w
 """
 
 from weavecore.canvas.measuring import Measures, measure, measures_caption
-from weavecore.canvas.reading import read_geometry
+from weavecore.canvas.reading import numbers, read_geometry
 from weavecore.canvas.results import (
     LatitudeResults,
     LatticeResults,
@@ -35,6 +35,7 @@ __all__ = [
     "draw_surface",
     "measure",
     "measures_caption",
+    "numbers",
     "read_geometry",
     "report_lines",
     "solve",

@@ -1,4 +1,4 @@
-"""Whatever comes through the wire of ``Weave_Surface`` as a surface in the document's unit."""
+"""What comes through wires: any geometry as a surface in the document's unit, and lists of numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 from weavecore import pipeline
 from weavecore.canvas.solving import Run
@@ -62,6 +62,14 @@ def read_geometry(
     return pipeline.surface_from(
         geometry, unit=unit, tolerance=tolerance, edge_target=edge, cut_plane=cut_plane, progress=run.progress
     )
+
+
+def numbers(values: Any) -> Union[float, list[float], None]:
+    """The numbers that come to an input of list access: None where there are none, a single one by itself."""
+    if values is None or isinstance(values, (int, float)):
+        return values
+    found = [float(value) for value in values if value is not None]
+    return found if len(found) > 1 else found[0] if found else None
 
 
 def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:

@@ -263,6 +263,24 @@ def all_components_run_on_dotnet_geometry() -> None:
 
 
 @check
+def a_list_of_dotnet_is_taken_as_numbers() -> None:
+    from System import Double
+    from System.Collections.Generic import List
+
+    from weavecore import canvas
+    from weavecore.canvas.digest import digest
+
+    spacings = List[Double]()
+    assert canvas.numbers(spacings) is None
+    spacings.Add(12.0)
+    assert canvas.numbers(spacings) == 12.0
+    before = digest(spacings)
+    spacings.Add(9.0)
+    assert canvas.numbers(spacings) == [12.0, 9.0]
+    assert digest(spacings) != before
+
+
+@check
 def an_object_of_the_document_is_found_by_its_id() -> None:
     import Rhino
 
