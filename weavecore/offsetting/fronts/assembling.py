@@ -22,6 +22,9 @@ from weavecore.offsetting.tracing import corners_at
 
 _SAMPLES_PER_SPACING = 20
 
+_SAME_PLACE = 1e-8
+"""In barycentric coordinates."""
+
 
 def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, spacing: float) -> Latitudes:
     """The borders and cuts as generation 0, then the fronts of each generation."""
@@ -52,12 +55,22 @@ def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *,
 def _polylines(surface: SurfaceMesh, origins: list[Ints], generations: list[Curves]) -> Polylines:
     vertex = np.concatenate(origins)
     face, weights = corners_at(surface, vertex)
-    faces = np.concatenate([face, *(fronts.face for fronts in generations)])
-    weights = np.concatenate([weights, *(fronts.start for fronts in generations)])
+    kept = [_find_distinct(fronts) for fronts in generations]
+    faces = np.concatenate([face, *(fronts.face[k] for fronts, k in zip(generations, kept))])
+    weights = np.concatenate([weights, *(fronts.start[k] for fronts, k in zip(generations, kept))])
     points = np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[faces]])
     points[: len(vertex)] = surface.vertices[vertex]
-    counts = np.concatenate([[len(loop) for loop in origins], *(np.diff(fronts.offsets) for fronts in generations)])
+    per_front = (np.bincount(fronts.owner[k], minlength=len(fronts)) for fronts, k in zip(generations, kept))
+    counts = np.concatenate([[len(loop) for loop in origins], *per_front])
     return Polylines(points, offsets_of(counts), np.ones(len(counts), bool), faces, weights)
+
+
+def _find_distinct(fronts: Curves) -> Bools:
+    """Which points of fronts stay: all but those inside faces that lie as good as at the point before or after."""
+    tiny = np.abs(fronts.end - fronts.start).max(1) < _SAME_PLACE
+    before = np.zeros(len(tiny), bool)
+    before[fronts.after] = tiny
+    return np.asarray(~((tiny | before) & (fronts.start > 0).all(1)))
 
 
 def _marks(polylines: Polylines, n_origins: int, n_vertices: int) -> Marks:

@@ -6,8 +6,8 @@ from typing import Callable, Optional
 
 import numpy as np
 
-from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Bools
+from weavecore.offsetting.fronts.checking import refuse_crossings
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.judging import find_room, find_uncovered, stop_at
 from weavecore.offsetting.fronts.laying import lay_children
@@ -65,24 +65,11 @@ def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float
     rays = cast_rays(ground, seed_curves(ground, children, step=spacing / STEPS_PER_SPACING), spacing=spacing)
     if len(children) == 0:
         return children, rays
-    if parents is not None:
-        _refuse_crossings(ground, children, parents)
+    refuse_crossings(ground, children, parents)
     stays, gone = find_room(ground, rays, children, parents)
     doubtful = ~stays & ~gone
     stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
     return children.take(stays), rays.take(stays)
-
-
-def _refuse_crossings(ground: Ground, children: Curves, parents: Curves) -> None:
-    """Raise `Degenerate` where a child crosses a parent all the same: the surface is too sharp for steps so wide."""
-    crossing = curves_meet(ground, children, parents)
-    if len(crossing):
-        raise Degenerate(
-            "A polyline that would cross the one it is offset from, behind a sharp feature",
-            remedy='Take the method "levels", which passes sharp features, or another spacing.',
-            ids=np.unique(children.face[crossing.first]).tolist(),
-            kind="face",
-        )
 
 
 def offset_once(ground: Ground, rays: Rays, fronts: Curves | None) -> Curves:

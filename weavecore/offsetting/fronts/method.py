@@ -9,6 +9,7 @@ import numpy as np
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.fronts.assembling import assemble
+from weavecore.offsetting.fronts.checking import refuse_broken
 from weavecore.offsetting.fronts.generations import STEPS_PER_SPACING, cover, has_children
 from weavecore.offsetting.fronts.ground import Ground
 from weavecore.offsetting.preparing import check_spacing, refine_for, refuse_closed
@@ -48,7 +49,7 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     Unsupported
         When the spacing is not a positive number, or a component is closed and not cut.
     Degenerate
-        When the surface is too sharp for steps of that length.
+        When the surface is too sharp or too rough for steps of that length.
     SpacingTooLarge
         When not one child has room inside the surface.
     TooMuchWork
@@ -63,7 +64,9 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     generations = cover(ground, spacing=spacing / ground.scale, progress=progress)
     if not generations:
         raise too_large(spacing, _find_depth(ground, spacing))
-    return assemble(fine, ground, generations, spacing=spacing)
+    latitudes = assemble(fine, ground, generations, spacing=spacing)
+    refuse_broken(latitudes)
+    return latitudes
 
 
 def _find_depth(ground: Ground, spacing: float) -> float:

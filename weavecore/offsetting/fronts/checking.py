@@ -1,0 +1,53 @@
+"""What must hold of fronts that were offset well; a surface on which it does not is refused.
+
+Behind sharp features steps part, and what lies between them is not offset (see docs/fronts.md).  That can leave
+fronts that cross or a part of the surface without any.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.errors import Degenerate
+from weavecore.geometry.arrays import Ints, rows_of
+from weavecore.model.latitudes import Latitudes
+from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.fronts.meeting import curves_meet, meet_themselves
+
+DEEPEST = 1.05
+"""Spacings that a pocket may be deep."""
+
+
+def refuse_crossings(ground: Ground, children: Curves, parents: Curves | None) -> None:
+    """Raise `Degenerate` where children cross each other or a parent."""
+    crossing = [meet_themselves(ground, children)]
+    if parents is not None:
+        crossing.append(curves_meet(ground, children, parents))
+    at = np.concatenate([meetings.first for meetings in crossing])
+    if len(at):
+        raise _too_sharp(children.face[at])
+
+
+def refuse_broken(latitudes: Latitudes) -> None:
+    """Raise `Degenerate` where the bands do not make up the surface, a child has no parent or a part no ring."""
+    surface, bands = latitudes.surface, latitudes.bands
+    orphans = np.setdiff1d(np.flatnonzero(latitudes.generation > 0), latitudes.parents[:, 1])
+    steps = latitudes.generation[latitudes.parents[:, 1]] - latitudes.generation[latitudes.parents[:, 0]]
+    band = rows_of(bands.offsets)
+    top = np.zeros(len(bands))
+    np.maximum.at(top, band, latitudes.distance[bands.polyline])
+    has_child = np.bincount(band[~bands.is_parent], minlength=len(bands)) > 0
+    too_deep = ~has_child & (bands.depth > top + DEEPEST * latitudes.spacing)
+    is_whole = int(bands.euler.sum()) == surface.euler_characteristic
+    if len(orphans) or (steps != 1).any() or too_deep.any() or not is_whole:
+        lines = np.concatenate([orphans, bands.polyline[too_deep[band]]])
+        raise _too_sharp(latitudes.polylines.face[latitudes.polylines.offsets[lines]])
+
+
+def _too_sharp(faces: Ints) -> Degenerate:
+    return Degenerate(
+        "Behind sharp features of the surface the polylines cannot be offset step by step",
+        remedy='Take the method "levels", which passes sharp features, or another spacing.',
+        ids=np.unique(faces).tolist(),
+        kind="face",
+    )
