@@ -63,7 +63,7 @@ def draw_handling(folder: Path) -> str:
     save(figure, folder / "figure_5.png")
     return join(
         image("figure_5", "An intersection in the neck of a dumbbell, in four steps"),
-        f"{len(step.end)} vertices are moved by one spacing. It gives {count(len(step.raw), 'child', 'children')} with\n"
+        f"{len(step.end)} vertices are moved by one spacing: {count(len(step.raw), 'child', 'children')} with\n"
         f"{count(len(step.meetings), 'crossing')} and, after reconnection, {count(len(loops), 'loop')}, of which\n"
         f"{stays.sum()} have room and go on.",
     )
