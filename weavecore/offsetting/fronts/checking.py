@@ -12,7 +12,12 @@ from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Ints, rows_of
 from weavecore.model.latitudes import Latitudes
 from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.fronts.judging import measure_nearness
 from weavecore.offsetting.fronts.meeting import curves_meet, meet_themselves
+from weavecore.offsetting.fronts.rays import Rays
+
+NEAREST = 0.75
+"""Spacings between parent and child at least; a chord over a fan of rays or a saddle is less than the spacing."""
 
 DEEPEST = 1.05
 """Spacings that a pocket may be deep."""
@@ -26,6 +31,14 @@ def refuse_crossings(ground: Ground, children: Curves, parents: Curves | None) -
     at = np.concatenate([meetings.first for meetings in crossing])
     if len(at):
         raise _too_sharp(children.face[at])
+
+
+def refuse_near(ground: Ground, rays: Rays, children: Curves) -> None:
+    """Raise `Degenerate` where a vertex of a child is much nearer to the parents than the spacing."""
+    vertex = np.flatnonzero(children.is_vertex)
+    near = measure_nearness(ground, rays, children, vertex) < NEAREST
+    if near.any():
+        raise _too_sharp(children.face[vertex[near]])
 
 
 def refuse_broken(latitudes: Latitudes) -> None:

@@ -7,7 +7,7 @@ from typing import Callable, Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Bools
-from weavecore.offsetting.fronts.checking import refuse_crossings
+from weavecore.offsetting.fronts.checking import refuse_crossings, refuse_near
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.judging import find_room, find_uncovered, stop_at
 from weavecore.offsetting.fronts.laying import lay_children
@@ -62,6 +62,7 @@ def _cast_from_walls(ground: Ground, spacing: float) -> Rays:
 def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float) -> tuple[Curves, Rays]:
     """The children that have room before them (§4.5), and their own rays."""
     children = offset_once(ground, rays, parents)
+    refuse_near(ground, rays, children)
     rays = cast_rays(ground, seed_curves(ground, children, step=spacing / STEPS_PER_SPACING), spacing=spacing)
     if len(children) == 0:
         return children, rays

@@ -70,19 +70,26 @@ def _are_near(ground: Ground, rays: Rays, loops: Curves) -> Bools:
     counts = np.bincount(loops.owner[vertex], minlength=len(loops))
     rank = np.arange(len(vertex)) - offsets_of(counts)[loops.owner[vertex]]
     vertex = vertex[rank % np.maximum(counts // _ASKED, 1)[loops.owner[vertex]] == 0]
+    is_near = measure_nearness(ground, rays, loops, vertex) < _SHORT_OF_THE_END
+    total = np.bincount(loops.owner[vertex], minlength=len(loops))
+    return np.asarray(np.bincount(loops.owner[vertex], is_near, minlength=len(loops)) > _MOST_NEAR * total)
+
+
+def measure_nearness(ground: Ground, rays: Rays, loops: Curves, vertex: Ints) -> Floats:
+    """How long the shortest chord is from vertices of loops to where rays start near them, in steps.
+
+    No less than the distance from the parents, and little more where the surface is smooth.
+    """
     if len(vertex) == 0:
-        return np.zeros(len(loops), bool)
+        return np.zeros(0)
     n_near = min(_NEAREST, len(rays))
     _, nearest = cKDTree(rays.start).query(loops.points[vertex], k=n_near)
     ray = np.asarray(nearest, np.int64).reshape(-1)
     from_ = np.repeat(vertex, n_near)
     begin = rays.walks.offsets[:-1][ray]
-    length = measure_chords(
-        ground, loops.face[from_], loops.start[from_], rays.walks.face[begin], rays.walks.start[begin]
-    )
-    is_near = (length / rays.step < _SHORT_OF_THE_END).reshape(-1, n_near).any(1)
-    total = np.bincount(loops.owner[vertex], minlength=len(loops))
-    return np.asarray(np.bincount(loops.owner[vertex], is_near, minlength=len(loops)) > _MOST_NEAR * total)
+    start = rays.walks.face[begin], rays.walks.start[begin]
+    length = measure_chords(ground, loops.face[from_], loops.start[from_], *start)
+    return np.asarray(length.reshape(-1, n_near).min(1) / rays.step)
 
 
 def _are_islands(ground: Ground, loops: Curves, step: float) -> Bools:
