@@ -139,7 +139,7 @@ def weave(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        In the model's unit; by default a part of the spacing that leaves room between the rods.
+        In the model's unit; by default a 24th of the spacing, or of the mean edge where that is shorter.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional

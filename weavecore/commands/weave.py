@@ -68,7 +68,11 @@ def weave(
     ] = "triangular",
     rod: Annotated[
         Optional[Length],
-        typer.Option(parser=length, metavar="LENGTH", help="Diameter of the rods; by default 1/24 of the spacing."),
+        typer.Option(
+            parser=length,
+            metavar="LENGTH",
+            help="Diameter of the rods; by default 1/24 of the spacing, or of the edges where they are shorter.",
+        ),
     ] = None,
     material: Annotated[str, typer.Option(metavar="NAME", callback=known_material, help=_MATERIALS)] = "gfrp",
     over_under: Annotated[

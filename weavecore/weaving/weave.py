@@ -20,7 +20,8 @@ from weavecore.weaving.strands import find_strands
 from weavecore.weaving.styles import STACKED, style_named, usual_style
 
 _SPACING_IN_RODS = 24.0
-"""Spacing over diameter where none is asked for: rods of 5 mm at 120 mm."""
+"""Spacing over diameter where none is asked for: rods of 5 mm at 120 mm.  Where edges are shorter they count
+instead: going over and under from joint to joint bends a rod the more, the nearer the joints are."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -39,7 +40,7 @@ def weave_lattice(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        In the model's unit; by default a part of the spacing that leaves room between the rods.
+        In the model's unit; by default a 24th of the spacing, or of the mean edge where that is shorter.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
@@ -57,7 +58,7 @@ def weave_lattice(
     Unsupported
     """
     tell = progress or (lambda _fraction, _label: None)
-    diameter = lattice.latitudes.spacing / _SPACING_IN_RODS if rod_diameter is None else float(rod_diameter)
+    diameter = _usual_diameter(lattice) if rod_diameter is None else float(rod_diameter)
     if not (np.isfinite(diameter) and diameter > 0):
         raise Unsupported(f"A rod of diameter {diameter:g} is no rod", remedy="Give a positive diameter.")
     style = style_named(over_under or usual_style(lattice.pattern))
@@ -85,3 +86,8 @@ def weave_lattice(
         conflicts=order.conflicts,
         clashes=find_clashes(axes, diameter),
     )
+
+
+def _usual_diameter(lattice: Lattice) -> float:
+    edge = float(lattice.edge_lengths.mean()) if lattice.n_edges else np.inf
+    return min(lattice.latitudes.spacing, edge) / _SPACING_IN_RODS
