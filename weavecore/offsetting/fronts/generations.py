@@ -13,7 +13,7 @@ from weavecore.offsetting.fronts.judging import find_room, find_uncovered, stop_
 from weavecore.offsetting.fronts.laying import lay_children
 from weavecore.offsetting.fronts.meeting import curves_meet, meet_themselves
 from weavecore.offsetting.fronts.rays import Rays, cast_rays, end_steps
-from weavecore.offsetting.fronts.regrouping import regroup
+from weavecore.offsetting.fronts.regrouping import lengths_of, regroup
 from weavecore.offsetting.fronts.seeds import seed_curves, seed_walls
 from weavecore.offsetting.fronts.unfolding import unfold
 from weavecore.tolerances import LEAST_CAP
@@ -22,6 +22,10 @@ STEPS_PER_SPACING = 10.0
 """A front has about so many vertices on a length of one spacing."""
 
 _STEPS_PER_CAP = 4.0
+
+_SHORT = 3.0
+"""Spacings along a child up to which it may be too shallow whatever room some of its rays find."""
+
 _MOST_ROUNDS = 5
 
 Progress = Optional[Callable[[float, str], None]]
@@ -68,7 +72,7 @@ def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float
         return children, rays
     refuse_crossings(ground, children, parents)
     stays, gone = find_room(ground, rays, children, parents)
-    doubtful = ~stays & ~gone
+    doubtful = (~stays | (lengths_of(children) < _SHORT * spacing)) & ~gone
     stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
     return children.take(stays), rays.take(stays)
 
