@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
 PARTS = 6
 """A border edge becomes this many, since the solver takes points as sources and not edges."""
@@ -29,6 +28,8 @@ class ExactDistance:
     """The exact distance from the borders at the vertices and the edges' midpoints of a mesh."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+        from pygeodesic.geodesic import PyGeodesicAlgorithmExact
+
         self._vertices, self._faces = _halve_edges(vertices, faces)
         split_vertices, split_faces, sources = _split_borders(self._vertices, self._faces)
         solver = PyGeodesicAlgorithmExact(split_vertices, split_faces)

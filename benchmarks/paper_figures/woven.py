@@ -10,13 +10,14 @@ import numpy as np
 
 import weavecore as wc
 from comparing import compare
-from paper_figures.drawing import save_picture
+from paper_figures.drawing import INK, draw_loops, generation_colour, make_panels, save, save_picture
 from paper_figures.pages import join, row_of_images, table, yes
 from weavecore.fabricating.fabricate import fabricate_weave
 from weavecore.fabricating.report_files import Folder
 from weavecore.fabricating.table import Source
 from weavecore.fabricating.workshop import Workshop
-from weavecore.model import POCKET, Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.model import LATITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.palette import LONGITUDES, POCKETS
 from weavecore.weaving.sequence import find_sequence
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
@@ -35,6 +36,9 @@ PATTERNS = {
 PATTERN_SAMPLE, PATTERN_SPACING = "hemisphere", 45.0
 BUILT = {"hemisphere": (40.0, 2.0), "shell_2400x1600": (70.0, 5.0)}
 """Spacing and rod diameter in millimetres."""
+
+_CORNER_EDGES = 3.5
+"""Edges from the middle of the picture of a corner to its upper side."""
 
 _SIZE, _SMALL = (900, 675), (640, 480)
 
@@ -71,10 +75,38 @@ def draw_lattices(folder: Path) -> str:
         save_picture(lattice, folder / f"figure_10_{name}.png", size=_SIZE, view=VIEWS.get(name))
         images[f"figure_10_{name}"] = f"{name}, triangular lattice"
         rows.append([f"`{name}.3dm`", f"{spacing:g}", *_of_lattice(lattice)])
+        _draw_corner(lattice, folder / f"figure_10_{name}_corner.png")
+        images[f"figure_10_{name}_corner"] = f"{name}, where children meet themselves"
     columns = ["", "spacing, mm", "nodes", "edges", "of these in pockets, %", "mean edge, mm", "variation of edges, %"]
     columns += ["longest edge, medians", "inner nodes with 6 edges, %"]
-    words = "Latitudes in blue to green, longitudes in amber, the second step in crimson."
+    words = (
+        "Latitudes in blue to green, longitudes in amber, the second step in crimson. Beside each lattice,\n"
+        "from above, the place with most of the second step; pale lines are the undivided latitudes."
+    )
     return join(row_of_images(images, 48), words, table(columns, rows))
+
+
+def _draw_corner(lattice: Lattice, path: Path) -> None:
+    """The edges about the place with most edges of the second step, from above."""
+    a, b = lattice.edges.T
+    middle = (lattice.nodes[a] + lattice.nodes[b])[:, :2] / 2
+    pockets = middle[lattice.edge_family == POCKET]
+    half = _CORNER_EDGES * lattice.edge_length
+    near = [np.linalg.norm(pockets - at, axis=1) < half / 2 for at in pockets]
+    centre = pockets[near[int(np.argmax([rows.sum() for rows in near]))]].mean(0)
+    figure, (panel,) = make_panels([""], width=6, height=4.5)
+    lines, latitudes = lattice.latitudes.polylines, lattice.latitudes
+    draw_loops(panel, [lines.polyline(p)[:, :2] for p in range(len(lines))], "#c3ccd6", 1.2)
+    generation = latitudes.generation[np.maximum(lattice.node_latitude[a], 0)]
+    for i in np.flatnonzero(np.abs(middle - centre).max(1) < 2 * half):
+        colour: Any = generation_colour(int(generation[i]), latitudes.n_generations)
+        if lattice.edge_family[i] != LATITUDINAL:
+            colour = np.array(POCKETS if lattice.edge_family[i] == POCKET else LONGITUDES) / 255
+        panel.plot(*lattice.nodes[lattice.edges[i]][:, :2].T, color=colour, linewidth=2)
+    panel.plot(*lattice.nodes[:, :2].T, "o", color=INK, markersize=3.5, zorder=5)
+    panel.set_xlim(centre[0] - half * 4 / 3, centre[0] + half * 4 / 3)
+    panel.set_ylim(centre[1] - half, centre[1] + half)
+    save(figure, path)
 
 
 def _of_lattice(lattice: Lattice) -> list[str]:

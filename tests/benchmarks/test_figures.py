@@ -112,4 +112,4 @@ def test_models_patterns_and_weaves_are_drawn(tmp_path: Path, monkeypatch: pytes
     (grid,), (built,) = cells_of(woven.draw_lattices(tmp_path)), cells_of(woven.draw_built(tmp_path))
     assert int(grid[2]) > 10
     assert built[1] == "600 × 600 × 300"
-    assert len(list(tmp_path.glob("*.png"))) == 5
+    assert len(list(tmp_path.glob("*.png"))) == 6
