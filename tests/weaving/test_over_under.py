@@ -6,6 +6,7 @@ import pytest
 from weavecore.errors import Unsupported
 from weavecore.geometry.spanning import spread_signs, spread_sums
 from weavecore.model import LATITUDINAL
+from weavecore.weaving.twilling import settle_phases
 from woven_rods import sides_along, woven_sample, woven_tube
 
 
@@ -118,3 +119,23 @@ def test_values_along_a_spanning_forest_meet_all_ties_that_agree() -> None:
     signs = rng.choice([-1, 1], 40)
     found = spread_signs(a, b, signs[a] * signs[b], 40)
     assert np.array_equal(found[a] * found[b], signs[a] * signs[b])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_single_joint_of_a_twill_would_do_better_with_another_phase(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    n, cycle = 30, 4
+    one, other = (draw.integers(0, n, 90) for _ in "ab")
+    a, b = one[one != other], other[one != other]
+    rise, start = draw.choice([-1, 1], len(a)), draw.integers(0, 9, n)
+
+    def held(phase: np.ndarray) -> int:
+        return int(((phase[b] - phase[a] - rise) % cycle == 0).sum())
+
+    phase = settle_phases(a, b, rise, start, cycle)
+    assert held(phase) >= held(start)
+    for joint in range(n):
+        for other_phase in range(cycle):
+            changed = phase.copy()
+            changed[joint] = other_phase
+            assert held(changed) <= held(phase)

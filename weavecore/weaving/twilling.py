@@ -16,6 +16,8 @@ from weavecore.model.strands import Strands
 from weavecore.weaving.alternating import solve_signs, visit_signs, with_wishes
 from weavecore.weaving.joints import Meetings, steps_along
 
+_MOST_ROUNDS = 200
+
 
 def twill(lattice: Lattice, strands: Strands, meetings: Meetings, over: int, under: int) -> tuple[Floats, Bools]:
     """Wishes (M,) as in a plain weave, and which steps along the strands break the twill.
@@ -30,7 +32,8 @@ def twill(lattice: Lattice, strands: Strands, meetings: Meetings, over: int, und
     a, b = meetings.joint_of_visit[before[tied]], meetings.joint_of_visit[after[tied]]
     rise = rises[rows_of(strands.offsets)[before[tied]]]
     apart = a != b
-    phase = spread_sums(a[apart], b[apart], rise[apart], len(meetings.node))
+    ties = a[apart], b[apart], rise[apart]
+    phase = settle_phases(*ties, spread_sums(*ties, len(meetings.node)), cycle)
     is_broken = np.zeros(len(before), bool)
     is_broken[tied] = (phase[b] - phase[a] - rise) % cycle != 0
     is_ring = strands.family[rows_of(strands.offsets)] == LATITUDINAL
@@ -41,6 +44,27 @@ def twill(lattice: Lattice, strands: Strands, meetings: Meetings, over: int, und
     is_over = (phase[joint] % cycle < over) == leads
     side = np.where(sign != 0, np.where(is_over, 1.0, -1.0), 0.0)
     return with_wishes(side, strands), is_broken
+
+
+def settle_phases(a: Ints, b: Ints, rise: Ints, phase: Ints, cycle: int) -> Ints:
+    """Phases (J,) changed at single joints as long as more of the ties ``phase[b] - phase[a] == rise`` hold then."""
+    phase, n = phase % cycle, len(phase)
+    for _ in range(_MOST_ROUNDS):
+        holds = np.zeros((n, cycle), np.int64)
+        np.add.at(holds, (b, (phase[a] + rise) % cycle), 1)
+        np.add.at(holds, (a, (phase[b] - rise) % cycle), 1)
+        best = holds.argmax(1)
+        gain = holds.max(1) - holds[np.arange(n), phase]
+        # Neighbours must not change in the same round; of two that gain as much the first one does.
+        rank = gain * n - np.arange(n)
+        most = np.full(n, np.iinfo(np.int64).min)
+        np.maximum.at(most, a, rank[b])
+        np.maximum.at(most, b, rank[a])
+        changed = (gain > 0) & (rank > most)
+        if not changed.any():
+            break
+        phase[changed] = best[changed]
+    return phase
 
 
 def _rising_ways(lattice: Lattice, strands: Strands) -> Ints:
