@@ -26,10 +26,10 @@ VIEWS: dict[str, Any] = {"narrow_neck": (-0.25, -0.8, 0.9), "shell_2400x1600": (
 GRIDS = {"narrow_neck": 25.0, "shell_2400x1600": 70.0}
 PATTERNS = {
     "triangular": "rings and two families that lean forward and back",
-    "quad": "rings and one longitudinal family",
-    "plain": "the same with even counts, so that over and under alternate",
-    "twill": "the same, over two and under two",
-    "hexagonal": "the dual: three rods meet at a joint",
+    "quad": "rings of even counts and one longitudinal family",
+    "plain": "the same lattice, by the name of its weave",
+    "twill": "the same with counts in fours, over two and under two",
+    "hexagonal": "the dual: rings zigzag, and short rods tie them; three edges at a joint",
     "kagome": "rods through the middles of the edges: triangles and hexagons",
     "diagonal": "the two longitudinal families without the rings",
 }
