@@ -75,7 +75,7 @@ def run_heat(mesh: Mesh) -> list[Line]:
     """The heat method of Crane et al. 2013 (potpourri3d) from the borders' vertices."""
     import potpourri3d as pp3d
 
-    return _march(
+    return march(
         mesh, pp3d.MeshHeatMethodDistanceSolver(mesh.vertices, mesh.faces).compute_distance_multisource(mesh.sources)
     )
 
@@ -86,14 +86,14 @@ def run_signed_heat(mesh: Mesh) -> list[Line]:
 
     solver = pp3d.MeshSignedHeatSolver(mesh.vertices, mesh.faces)
     distance = solver.compute_distance(_curves(mesh), level_set_constraint="ZeroSet")
-    return _march(mesh, np.abs(distance))
+    return march(mesh, np.abs(distance))
 
 
 def run_fast_marching(mesh: Mesh) -> list[Line]:
     """Fast marching of Kimmel and Sethian 1998 (potpourri3d) from the borders' edges."""
     import potpourri3d as pp3d
 
-    return _march(mesh, pp3d.MeshFastMarchingDistanceSolver(mesh.vertices, mesh.faces).compute_distance(_curves(mesh)))
+    return march(mesh, pp3d.MeshFastMarchingDistanceSolver(mesh.vertices, mesh.faces).compute_distance(_curves(mesh)))
 
 
 def run_exact(mesh: Mesh) -> list[Line]:
@@ -101,7 +101,7 @@ def run_exact(mesh: Mesh) -> list[Line]:
     from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
     solver = PyGeodesicAlgorithmExact(mesh.vertices, mesh.faces)
-    return _march(mesh, solver.geodesicDistances(np.array(mesh.sources), None)[0])
+    return march(mesh, solver.geodesicDistances(np.array(mesh.sources), None)[0])
 
 
 def run_compas_cgal(mesh: Mesh) -> list[Line]:
@@ -137,7 +137,7 @@ def _curves(mesh: Mesh) -> list[list[tuple[int, list[float]]]]:
     return [[(int(v), []) for v in [*loop, loop[0]]] for loop in mesh.borders]
 
 
-def _march(mesh: Mesh, distance: np.ndarray) -> list[Line]:
+def march(mesh: Mesh, distance: np.ndarray) -> list[Line]:
     """The isolines of the linear interpolation (potpourri3d)."""
     import potpourri3d as pp3d
 

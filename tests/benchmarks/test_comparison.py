@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import comparison
-from comparison_methods import METHODS, Line, Mesh, run_levels
+from comparison_methods import METHODS, Line, Mesh, march, run_levels
 from comparison_quality import Result, count_crossed, errors, locate
 from comparison_worker import as_mesh, forget_peak, memory_of, pack
 from shell import make_shell
@@ -90,6 +90,15 @@ def test_each_method_gives_rings_at_the_right_depth(name: str) -> None:
     for line in lines:
         assert np.linalg.norm(line.points, axis=1).mean() == pytest.approx(1 - line.distance, abs=0.1)
     assert {round(line.distance / 0.23) for line in lines} >= {1, 2, 3}
+
+
+def test_isolines_of_a_linear_field_lie_where_it_has_their_value(shell: tuple[np.ndarray, np.ndarray]) -> None:
+    pytest.importorskip("potpourri3d", reason="potpourri3d is not installed")
+    field = shell[0][:, 0] + 1.5
+    lines = march(as_mesh(*shell, SPACING), field)
+    assert len(lines) > 10
+    for line in lines:
+        np.testing.assert_allclose(line.points[:, 0] + 1.5, line.distance, atol=1e-9)
 
 
 def test_the_report_names_what_is_left_out_and_what_fails(monkeypatch: pytest.MonkeyPatch) -> None:
