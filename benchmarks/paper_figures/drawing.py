@@ -20,6 +20,7 @@ from weavecore.palette import latitude_colours
 SURFACE, PAPER, INK, GREY = "#eee9df", "#ffffff", "#26262a", "#8a8a90"
 PARENT, CHILD, WRONG, RIGHT = "#26265f", "#1a71ad", "#c4264a", "#2f9e78"
 DOTS_PER_INCH = 150
+_LARGER = 2
 _COLOURS = 128
 """Colours of a picture: its file becomes a third as large, and no eye sees it."""
 
@@ -89,11 +90,12 @@ def save(figure: Any, path: Path) -> None:
 
 
 def save_picture(value: Any, path: Path, *, size: tuple[int, int], view: Any = None) -> None:
-    """Write weavecore's own picture of a stage's result, small."""
-    wc.draw_picture(value, path, size=size, view=view, overwrite=True)
+    """Write weavecore's own picture of a stage's result, drawn large and made small, so that thin rods are smooth."""
+    width, height = size
+    wc.draw_picture(value, path, size=(_LARGER * width, _LARGER * height), view=view, overwrite=True)
     with Image.open(path) as picture:
-        picture.load()
-    _write_small(picture, path)
+        smooth = picture.resize(size, Image.Resampling.LANCZOS)
+    _write_small(smooth, path)
 
 
 def _write_small(picture: Any, path: Path) -> None:

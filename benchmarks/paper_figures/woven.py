@@ -33,7 +33,7 @@ PATTERNS = {
     "kagome": "rods through the middles of the edges: triangles and hexagons",
     "diagonal": "the two longitudinal families without the rings",
 }
-PATTERN_SAMPLE, PATTERN_SPACING = "hemisphere", 45.0
+PATTERN_SAMPLE, PATTERN_SPACING, PATTERN_ROD = "hemisphere", 45.0, 6.0
 BUILT = {"hemisphere": (40.0, 2.0), "shell_2400x1600": (70.0, 5.0)}
 """Spacing and rod diameter in millimetres."""
 
@@ -135,13 +135,16 @@ def draw_patterns(folder: Path) -> str:
     latitudes = wc.offset(wc.read_surface(SAMPLES / f"{PATTERN_SAMPLE}.3dm"), spacing=PATTERN_SPACING)
     rows, images = [], {}
     for pattern, words in PATTERNS.items():
-        weave = wc.weave(wc.link(latitudes, pattern=pattern))
+        weave = wc.weave(wc.link(latitudes, pattern=pattern), rod_diameter=PATTERN_ROD)
         save_picture(weave, folder / f"pattern_{pattern}.png", size=_SMALL)
         images[f"pattern_{pattern}"] = pattern
         row = [f"`{pattern}`", words, weave.over_under, len(weave), f"{weave.median_length:.0f}", weave.n_ends_inside]
         sharpest = f"{weave.bending.min_radius.min():.0f}"
         rows.append([*row, f"{len(weave.crossings):,}", len(weave.conflicts), sharpest])
-    words = f"In the order of the table: `{PATTERN_SAMPLE}.3dm` with rings {PATTERN_SPACING:g} mm apart."
+    words = (
+        f"In the order of the table: `{PATTERN_SAMPLE}.3dm` with rings {PATTERN_SPACING:g} mm apart and rods of "
+        f"{PATTERN_ROD:g} mm."
+    )
     columns = ["<pattern", "<what it is", "<over and under", "rods", "median length, mm", "ends inside", "crossings"]
     return join(row_of_images(images, 32), words, table([*columns, "conflicts", "least radius, mm"], rows))
 
