@@ -72,7 +72,7 @@ def offset(
     spacing : float or sequence of float, optional
         Distance from one polyline to the next along the surface, in the model's unit; see
         `suggest_spacing` for what is taken where it is not given.  Of several the first is that from the
-        borders, and the last goes on; ``"levels"`` alone takes several.
+        borders, and the last goes on.
     method : str
         ``"levels"``: level sets of the distance from the borders; ``"fronts"``: polylines moved step by
         step, as in the paper.

@@ -71,6 +71,12 @@ def test_a_first_spacing_that_leaves_no_room_is_too_large_whatever_follows() -> 
         offset_levels(SurfaceMesh(*hemisphere()), spacing=[5.0, 0.1])
 
 
-def test_the_paper_s_method_takes_one_spacing() -> None:
-    with pytest.raises(Unsupported, match="one spacing"):
-        pipeline.offset(SurfaceMesh(*hemisphere()), spacing=[0.1, 0.2], method="fronts")
+def test_both_methods_take_several_spacings_and_agree() -> None:
+    surface = SurfaceMesh(*hemisphere())
+    levels, fronts = (pipeline.offset(surface, spacing=[0.1, 0.2, 0.15], method=m) for m in ("levels", "fronts"))
+    np.testing.assert_allclose(fronts.distance, levels.distance)
+    assert fronts.spacing == levels.spacing
+    assert validate(fronts).holds, str(validate(fronts))
+    for p in range(len(levels)):
+        heights = [latitudes.polylines.polyline(p)[:, 2].mean() for latitudes in (levels, fronts)]
+        assert heights[0] == pytest.approx(heights[1], abs=2e-3)

@@ -12,7 +12,7 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints, frozen
 from weavecore.tolerances import LEVEL_REACHED
 
-Spacing = Union[float, Sequence[float]]
+Spacing = Union[float, Sequence[float], Floats]
 """One distance from each generation to the next, or one after the other, of which the last goes on."""
 
 
@@ -68,6 +68,10 @@ class Ladder:
     def widest(self, n_generations: int) -> float:
         """The widest step up to the one beyond the last of so many generations."""
         return float(self.steps[:n_generations].max())
+
+    def step_after(self, generation: int) -> float:
+        """From a generation to the next."""
+        return float(self.steps[min(generation, len(self.rungs) - 1)])
 
     def height(self, distance: Floats) -> Floats:
         """How many generations each distance lies from the borders."""

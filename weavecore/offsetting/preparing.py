@@ -15,18 +15,6 @@ EDGES_PER_SPACING = 2.0
 """The mesh is refined until every inner edge is at most this part of the spacing."""
 
 
-def check_spacing(spacing: float) -> float:
-    """The spacing as a float; raise `Unsupported` where it is no positive length, or more than one."""
-    if np.ndim(spacing):
-        raise Unsupported("This method takes one spacing", remedy='Give one, or take the method "levels".')
-    spacing = float(spacing)
-    if not (np.isfinite(spacing) and spacing > 0):
-        raise Unsupported(
-            f"A spacing of {spacing:g} is no distance", remedy="Give a positive length in the surface's unit."
-        )
-    return spacing
-
-
 def refuse_closed(surface: SurfaceMesh) -> None:
     """Raise `Unsupported` where a component has neither a border nor a cut to start from."""
     start = np.flatnonzero((surface.twins == NO_TWIN) | surface.is_cut) // 3

@@ -17,6 +17,7 @@ from weavecore.model.polylines import Polylines
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.bands import find_parents, order_bands
 from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.opening import halfedges_of_cuts, part_vertices
 from weavecore.offsetting.tracing import corners_at
 
@@ -26,7 +27,7 @@ _SAME_PLACE = 1e-8
 """In barycentric coordinates."""
 
 
-def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, spacing: float) -> Latitudes:
+def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, ladder: Ladder) -> Latitudes:
     """The borders and cuts as generation 0, then the fronts of each generation."""
     origins = [*surface.borders, *surface.cuts]
     polylines = _polylines(surface, origins, generations)
@@ -35,16 +36,18 @@ def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *,
     marks = _marks(polylines, len(origins), surface.n_vertices)
     pieces = _Pieces(surface, ground, marks, cut_along(surface.faces, ground.twins, marks))
     polyline, piece, is_parent, is_left = _sides(surface, pieces, polylines, len(origins))
-    vertex_distance = _vertex_distances(surface, polylines, generation, pieces, polyline, piece, is_parent, spacing)
+    distance = ladder.distance(generation.astype(np.float64))
+    spacing = ladder.widest(len(generations) + 1)
+    vertex_distance = _vertex_distances(surface, polylines, distance, pieces, polyline, piece, is_parent, spacing)
     depth = np.zeros(pieces.count)
     np.maximum.at(depth, pieces.of_node, vertex_distance[pieces.vertex])
-    np.maximum.at(depth, piece, generation[polyline] * spacing)
+    np.maximum.at(depth, piece, distance[polyline])
     bands = order_bands(polyline, piece, is_parent, is_left, pieces.euler, depth)
     return Latitudes(
         surface=surface,
         polylines=polylines,
         generation=generation,
-        distance=np.asarray(generation * spacing, np.float64),
+        distance=distance,
         parents=find_parents(bands),
         bands=bands,
         spacing=spacing,
@@ -166,7 +169,7 @@ def _first_halfedges(surface: SurfaceMesh) -> Ints:
 def _vertex_distances(
     surface: SurfaceMesh,
     polylines: Polylines,
-    generation: Ints,
+    distance: Floats,
     pieces: _Pieces,
     polyline: Ints,
     piece: Ints,
@@ -189,8 +192,7 @@ def _vertex_distances(
         side[polyline[sides]] = piece[sides]
         tree = cKDTree(np.c_[samples, far * side[owner]], balanced_tree=False)
         away, nearest = tree.query(np.c_[surface.vertices[pieces.vertex], far * pieces.of_node])
-        distance = generation[owner[nearest]] * spacing + away
-        found = np.minimum(found, np.where(away < far / 2, distance, np.inf))
+        found = np.minimum(found, np.where(away < far / 2, distance[owner[nearest]] + away, np.inf))
     least = np.full(surface.n_vertices, np.inf)
     np.minimum.at(least, pieces.vertex, found)
     on_origin = np.concatenate([*surface.borders, *surface.cuts])

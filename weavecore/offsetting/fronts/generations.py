@@ -16,6 +16,7 @@ from weavecore.offsetting.fronts.rays import Rays, cast_rays, end_steps
 from weavecore.offsetting.fronts.regrouping import lengths_of, regroup
 from weavecore.offsetting.fronts.seeds import seed_curves, seed_walls
 from weavecore.offsetting.fronts.unfolding import unfold
+from weavecore.offsetting.ladder import Ladder, Spacing
 from weavecore.tolerances import LEAST_CAP
 
 STEPS_PER_SPACING = 10.0
@@ -31,24 +32,26 @@ _MOST_ROUNDS = 5
 Progress = Optional[Callable[[float, str], None]]
 
 
-def cover(ground: Ground, *, spacing: float, progress: Progress = None) -> list[Curves]:
+def cover(ground: Ground, *, spacing: Spacing, progress: Progress = None) -> list[Curves]:
     """The children of each generation, from 1 on, each with what is not yet covered on its left.
 
     Parameters
     ----------
-    spacing : float
-        In units of the ground.
+    spacing : float or sequence of float
+        In units of the ground; of several the last goes on.
     """
     generations: list[Curves] = []
-    rays = _cast_from_walls(ground, spacing)
+    ladder = Ladder.of(spacing)
+    rays = _cast_from_walls(ground, ladder.step_after(0))
     covered = 0.0
     while True:
         parents = generations[-1] if generations else None
-        children, rays_on = _children(ground, rays, parents, spacing)
+        step = ladder.step_after(len(generations) + 1)
+        children, rays_on = _children(ground, rays, parents, step)
         if len(children) == 0:
             return generations
         generations.append(children)
-        covered += spacing * float(children.lengths.sum())
+        covered += step * float(children.lengths.sum())
         rays = stop_at(ground, rays_on, children)
         if progress is not None:
             progress(min(covered / ground.area, 1.0), "offsetting the borders")
@@ -64,7 +67,7 @@ def _cast_from_walls(ground: Ground, spacing: float) -> Rays:
 
 
 def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float) -> tuple[Curves, Rays]:
-    """The children that have room before them (§4.5), and their own rays."""
+    """The children that have room before them (§4.5), and their own rays, as long as the spacing."""
     children = offset_once(ground, rays, parents)
     refuse_near(ground, rays, children)
     rays = cast_rays(ground, seed_curves(ground, children, step=spacing / STEPS_PER_SPACING), spacing=spacing)

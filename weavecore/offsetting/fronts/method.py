@@ -12,7 +12,8 @@ from weavecore.offsetting.fronts.assembling import assemble
 from weavecore.offsetting.fronts.checking import refuse_broken
 from weavecore.offsetting.fronts.generations import STEPS_PER_SPACING, cover, has_children
 from weavecore.offsetting.fronts.ground import Ground
-from weavecore.offsetting.preparing import check_spacing, refine_for, refuse_closed
+from weavecore.offsetting.ladder import Ladder, Spacing
+from weavecore.offsetting.preparing import refine_for, refuse_closed
 from weavecore.offsetting.tracing import refuse_too_many_points, too_large
 
 _MOST_HALVINGS = 60
@@ -20,7 +21,7 @@ _MOST_HALVINGS = 60
 Progress = Optional[Callable[[float, str], None]]
 
 
-def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = None) -> Latitudes:
+def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress = None) -> Latitudes:
     """Offset the borders and cuts of a surface inwards, step by step, until they fill it (Yan et al. 2016, §4).
 
     Each polyline's vertices are moved by one spacing along the surface at right angles to it, and joined to
@@ -33,8 +34,9 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     ----------
     surface : SurfaceMesh
         Every component has a border or a cut.
-    spacing : float
-        Distance from one polyline to the next along the surface, in the model's unit.
+    spacing : float or sequence of float
+        Distance from one polyline to the next along the surface, in the model's unit; of several the first is
+        that from the borders, and the last goes on.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -55,16 +57,16 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: float, progress: Progress = 
     TooMuchWork
         When the mesh that the spacing asks for would be too large, or the polylines on it.
     """
-    spacing = check_spacing(spacing)
+    ladder = Ladder.of(spacing)
     refuse_closed(surface)
-    fine = refine_for(surface, spacing)
+    fine = refine_for(surface, ladder.least)
     # About so many vertices, and as many places where polylines go from face to face.
-    refuse_too_many_points(2.0 * STEPS_PER_SPACING * _area(fine) / spacing**2, spacing)
+    refuse_too_many_points(2.0 * STEPS_PER_SPACING * _area(fine) / ladder.least**2, ladder.least)
     ground = Ground(fine)
-    generations = cover(ground, spacing=spacing / ground.scale, progress=progress)
+    generations = cover(ground, spacing=ladder.steps / ground.scale, progress=progress)
     if not generations:
-        raise too_large(spacing, _find_depth(ground, spacing))
-    latitudes = assemble(fine, ground, generations, spacing=spacing)
+        raise too_large(ladder.step_after(0), _find_depth(ground, ladder.step_after(0)))
+    latitudes = assemble(fine, ground, generations, ladder=ladder)
     refuse_broken(latitudes)
     return latitudes
 
