@@ -58,6 +58,7 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
         constraints=LinearConstraint(shares, ub=1.0),
         integrality=np.ones(len(one), np.int64),
         bounds=Bounds(0, 1),
+        options={"presolve": False},  # With it HiGHS prints a line now and then that nothing else can silence.
     )
     if found.x is None:
         return match_greedily(one, other, cost, n)
