@@ -39,7 +39,7 @@ def fabricate(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="The folder to be made.")],
     stock: Annotated[
         Length, typer.Option(parser=length, metavar="LENGTH", help="Length of the bars: 6m, 12m, 6000…")
-    ] = "6m",  # type: ignore[assignment]
+    ] = "6m",  # type: ignore[assignment]  # typer parses the text, and shows it in the help.
     splice: Annotated[
         str,
         typer.Option(

@@ -57,6 +57,24 @@ def told_names(names: Optional[Sequence[str]]) -> Union[str, list[str], None]:
     return names[0] if names and len(names) == 1 else list(names or ()) or None
 
 
+def told_input(
+    path: Path,
+    surface: SurfaceMesh,
+    *,
+    layers: Optional[Sequence[str]],
+    objects: Optional[Sequence[str]],
+    edge_target: Optional[Length],
+) -> dict[str, object]:
+    """What was read, as it is told in the files that are written."""
+    options = {
+        "input": path.name,
+        "layer": told_names(layers),
+        "object": told_names(objects),
+        "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
+    }
+    return {key: option for key, option in options.items() if option is not None}
+
+
 def written(targets: list[Path]) -> Lines:
     """The line that tells what was written."""
     if not targets:

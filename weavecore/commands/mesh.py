@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from weavecore.commands.arguments import EdgeTarget, Input, LayerNames, ObjectNames, Overwrite, Quiet, TimeLimit
-from weavecore.commands.input_file import read_input, told_names, written
+from weavecore.commands.input_file import read_input, told_input, written
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -34,13 +34,7 @@ def mesh(
             time_limit=time_limit,
             progress=part_of(tell, 0.0, 0.7),
         )
-        options = {
-            "input": input_file.name,
-            "layer": told_names(layer),
-            "object": told_names(object_name),
-            "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
-        }
-        parameters = {key: option for key, option in options.items() if option is not None}
+        parameters = told_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
         pipeline.export_together(
             surface, [out], overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.7, 1.0)
         )

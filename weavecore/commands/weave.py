@@ -23,7 +23,7 @@ from weavecore.commands.arguments import (
     length,
     lengths,
 )
-from weavecore.commands.input_file import read_input, told_names, written
+from weavecore.commands.input_file import read_input, told_input, written
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
@@ -123,15 +123,10 @@ def weave(
             over_under=over_under,
             progress=part_of(tell, 0.7, 0.85),
         )
-        options = {
-            "input": input_file.name,
-            "layer": told_names(layer),
-            "object": told_names(object_name),
-            "method": method,
-            "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
-        }
-        plane = {"cut_plane": cut_plane.numbers} if cut_plane else {}
-        parameters = {**{key: option for key, option in options.items() if option is not None}, **plane}
+        parameters = told_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
+        parameters["method"] = method
+        if cut_plane:
+            parameters["cut_plane"] = cut_plane.numbers
         pipeline.export_together(
             woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.85, 1.0)
         )

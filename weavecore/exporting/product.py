@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 from weavecore.geometry.arrays import Floats, next_in_loop, rows_of
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 
-_EQUAL = 1e-9
-"""Steps from one generation to the next that differ by less than this part of a spacing are one."""
-
 StageValue = Union[SurfaceMesh, Latitudes, Lattice, Weave]
 
 
@@ -57,9 +54,8 @@ def product_of(
         return replace(product_of(value.lattice, strands=value.strands, parameters=known), weave=value)
     latitudes = value if isinstance(value, Latitudes) else value.latitudes
     known["spacing"] = latitudes.spacing
-    distance = np.unique(latitudes.distance)
-    if len(distance) > 1 and np.ptp(np.diff(distance)) > _EQUAL * latitudes.spacing:
-        known["spacings"] = np.diff(distance).tolist()
+    if len(latitudes.steps) > 1:
+        known["spacings"] = latitudes.steps.tolist()
     if isinstance(value, Latitudes):
         return Product(latitudes.surface, latitudes, parameters=known)
     known["edge_length"], known["pattern"] = value.edge_length, value.pattern

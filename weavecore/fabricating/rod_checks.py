@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from weavecore.fabricating.nesting import least_bars
-from weavecore.fabricating.report_files import Finding, Folder, count, worst
+from weavecore.fabricating.report_files import Finding, Folder, ReadTable, count, worst
 from weavecore.fabricating.workshop import MOST_UTILISED, OVERLAP, OVERLAP_DIAMETERS
 from weavecore.geometry.arrays import Floats
 
@@ -107,8 +107,8 @@ def check_bom(folder: Folder) -> Iterator[Finding]:
     yield Finding("tie_longer_than_bought_mm", float(longest), float(bom.floats("tie_size")[0]) if len(joints) else 0.0)
 
 
-def _differ(named: list[str], pieces: object) -> bool:
-    return sorted(named) != sorted(pieces["piece_id"])  # type: ignore[index]
+def _differ(named: list[str], pieces: ReadTable) -> bool:
+    return sorted(named) != sorted(pieces["piece_id"])
 
 
 def _arc_length(station: Floats, point: Floats) -> float:

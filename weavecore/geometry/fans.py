@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.edges import edges_between
 
 NONE = -1
 
@@ -60,9 +61,7 @@ def find_fans(face_offsets: Ints, face_nodes: Ints, edges: Ints, n_nodes: int) -
     before[after] = np.arange(len(after))
     head = tail[after]
     n = np.int64(n_nodes)
-    keys = edges[:, 0] * n + edges[:, 1]
-    order = np.argsort(keys)
-    side = order[np.searchsorted(keys, np.minimum(tail, head) * n + np.maximum(tail, head), sorter=order)]
+    side = edges_between(edges, tail, head)
     # The corner after this one about its node begins with the side that arrives here.
     twin = _twins(tail, head, n)
     following = twin[before]

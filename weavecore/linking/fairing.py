@@ -108,7 +108,7 @@ def _track_of(lattice: Lattice, spikes: Mapping[int, Floats]) -> _Track:
     free[on_ring] = latitudes.generation[polyline[on_ring]] > 0
     for p, stations in spikes.items():
         nodes = np.flatnonzero(polyline == p)
-        apart = np.abs(lattice.node_station[nodes, None] - stations) / mean[p]
+        apart = (lattice.node_station[nodes, None] - stations) / mean[p] % counts[p]
         free[nodes[(np.minimum(apart, counts[p] - apart) < _ON_SPIKE).any(1)]] = False
     return _Track(latitudes.polylines, polyline, lattice.node_station, np.where(on_ring, mean[polyline], 1.0), free)
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
 from weavecore.model.polylines import Polylines
 from weavecore.model.surface import SurfaceMesh
+
+_ONE_STEP = 1e-9
+"""Steps that differ by less than this part of the spacing are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +109,15 @@ class Latitudes:
 
     def __len__(self) -> int:
         return len(self.polylines)
+
+    @cached_property
+    def steps(self) -> Floats:
+        """Distance from each generation to the next; a single number where they are one."""
+        of_generation = np.zeros(self.n_generations)
+        of_generation[self.generation] = self.distance
+        steps: Floats = np.diff(of_generation)
+        is_one = len(steps) == 0 or float(np.ptp(steps)) <= _ONE_STEP * self.spacing
+        return np.array([self.spacing]) if is_one else steps
 
     @property
     def n_generations(self) -> int:

@@ -32,7 +32,7 @@ class Choice:
     is_listed: bool
 
 
-def choose_objects(document: RhinoDocument, *, layer: Names = None, object: Names = None) -> Choice:  # noqa: A002
+def choose_objects(document: RhinoDocument, *, layer: Names = None, object: Names = None) -> Choice:  # noqa: A002 - what a user calls it
     """The objects that are meant: one, or several that are to make one surface.
 
     Parameters

@@ -37,7 +37,7 @@ def read_surface(
     path: PathLike,
     *,
     layer: Names = None,
-    object: Names = None,  # noqa: A002
+    object: Names = None,  # noqa: A002 - what a user calls it
     cut_plane: Optional[Plane] = None,
     edge_target: Optional[TypedLength] = None,
     spacing: Optional[TypedLength] = None,
@@ -141,7 +141,7 @@ def read_raw(
     path: PathLike,
     *,
     layer: Names = None,
-    object: Names = None,  # noqa: A002
+    object: Names = None,  # noqa: A002 - what a user calls it
     edge_target: Optional[TypedLength] = None,
     spacing: Optional[TypedLength] = None,
     progress: Optional[Progress] = None,

@@ -10,9 +10,6 @@ from weavecore.units import with_unit
 
 Lines = list[tuple[str, str]]
 
-_EQUAL = 1e-9
-"""Steps from one generation to the next that differ by less than this part of a spacing are one."""
-
 _REGULAR_VALENCE = {"triangular": 6, "quad": 4}
 
 
@@ -32,10 +29,10 @@ def describe_latitudes(latitudes: Latitudes) -> Lines:
     """Spacing, generations and polylines."""
     unit = latitudes.surface.unit
     count = f"{_count(len(latitudes), 'polyline')} in {_count(latitudes.n_generations, 'generation')}"
-    steps = np.diff(np.unique(latitudes.distance))
-    spacing = with_unit(latitudes.spacing, unit)
-    if len(steps) > 1 and np.ptp(steps) > _EQUAL * latitudes.spacing:
-        spacing = f"{with_unit(steps.min(), unit)} to {with_unit(steps.max(), unit)}"
+    steps = latitudes.steps
+    spacing = with_unit(steps.max(), unit)
+    if len(steps) > 1:
+        spacing = f"{with_unit(steps.min(), unit)} to {spacing}"
     return [
         ("spacing", spacing),
         ("latitudes", f"{count}, {with_unit(latitudes.polylines.lengths.sum(), unit)} in all"),

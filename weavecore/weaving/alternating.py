@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.edges import edges_between
 from weavecore.geometry.spanning import spread_signs
 from weavecore.model.lattice import Lattice
 from weavecore.model.strands import Strands
@@ -44,12 +45,8 @@ def alternate(lattice: Lattice, strands: Strands, meetings: Meetings) -> list[Fl
 
 def _ties_of_edges(lattice: Lattice, one: Ints, other: Ints) -> Ints:
     """Tie (E,) of each edge of the lattice, -1 of those that tie nothing."""
-    n = np.int64(lattice.n_nodes)
-    key = lattice.edges[:, 0] * n + lattice.edges[:, 1]
-    order = np.argsort(key)
-    edge = order[np.searchsorted(key, np.minimum(one, other) * n + np.maximum(one, other), sorter=order)]
-    tie = np.full(len(key), UNTIED, np.int64)
-    tie[edge] = np.arange(len(one))
+    tie = np.full(lattice.n_edges, UNTIED, np.int64)
+    tie[edges_between(lattice.edges, one, other)] = np.arange(len(one))
     return tie
 
 

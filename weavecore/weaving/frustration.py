@@ -16,6 +16,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.edges import edges_between
 from weavecore.geometry.matching import match_best
 from weavecore.model.lattice import Lattice
 
@@ -86,12 +87,10 @@ def _cells_of(lattice: Lattice, tie: Ints) -> Cells:
 
 def _sides_of_edges(lattice: Lattice) -> tuple[Ints, Ints, int]:
     """Cells (E,) on both sides of every edge; each border is a cell too."""
-    n_nodes, n_faces = np.int64(lattice.n_nodes), lattice.n_faces
-    key = lattice.edges[:, 0] * n_nodes + lattice.edges[:, 1]
-    order = np.argsort(key)
+    n_nodes, n_faces = lattice.n_nodes, lattice.n_faces
     tail, head = lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)]
-    at = order[np.searchsorted(key, np.minimum(tail, head) * n_nodes + np.maximum(tail, head), sorter=order)]
-    cell = np.full((2, len(key)), -1, np.int64)
+    at = edges_between(lattice.edges, tail, head)
+    cell = np.full((2, len(lattice.edges)), -1, np.int64)
     cell[np.where(tail < head, 0, 1), at] = rows_of(lattice.face_offsets)
     is_border = (cell < 0).any(axis=0)
     ends = lattice.edges[is_border]

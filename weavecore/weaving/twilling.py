@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.edges import edges_between
 from weavecore.geometry.spanning import spread_signs, spread_sums
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.strands import Strands
@@ -71,16 +72,13 @@ def _rising_ways(lattice: Lattice, strands: Strands) -> Ints:
     """Sign (S,) of each strand: whether phases rise or fall along it."""
     before, after = steps_along(strands)
     a, b = strands.nodes[before], strands.nodes[after]
-    n = np.int64(lattice.n_nodes)
-    keys = lattice.edges[:, 0] * n + lattice.edges[:, 1]
-    order = np.argsort(keys)
-    edge = order[np.searchsorted(keys, np.minimum(a, b) * n + np.maximum(a, b), sorter=order)]
-    strand, way = np.zeros(len(keys), np.int64), np.ones(len(keys), np.int64)
+    edge = edges_between(lattice.edges, a, b)
+    strand, way = np.zeros(lattice.n_edges, np.int64), np.ones(lattice.n_edges, np.int64)
     strand[edge], way[edge] = rows_of(strands.offsets)[before], np.where(a < b, 1, -1)
     start = lattice.face_offsets[:-1][np.diff(lattice.face_offsets) == 4]
     corners = lattice.face_nodes[start[:, None] + np.arange(4)]
     tail, head = corners, np.roll(corners, -1, axis=1)
-    side = order[np.searchsorted(keys, np.minimum(tail, head) * n + np.maximum(tail, head), sorter=order)]
+    side = edges_between(lattice.edges, tail, head)
     along = way[side] * np.where(tail < head, 1, -1)
     one, other = strand[side[:, :2]].ravel(), strand[side[:, 2:]].ravel()
     opposite = -(along[:, :2] * along[:, 2:]).ravel()
