@@ -6,6 +6,7 @@ from weavecore.model.joints import Joints
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.material import Material
+from weavecore.model.origins import Origins
 from weavecore.model.polylines import Polylines
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.sequence import BuildSequence
@@ -26,6 +27,7 @@ __all__ = [
     "Latitudes",
     "Lattice",
     "Material",
+    "Origins",
     "Polylines",
     "RodAxes",
     "Strands",

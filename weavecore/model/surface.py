@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Optional
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from weavecore.geometry.halfedges import (
     find_twins,
     halfedge_ends,
 )
+from weavecore.model.origins import Origins
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,9 @@ class SurfaceMesh:
         The name of the object or file that it came from.
     mendings : sequence of str, optional
         What was mended on the way in, one sentence each.
+    starts : Origins, optional
+        Where distances start, if not at all borders and cuts.  The other borders cut the polylines, which then
+        are open.
 
     Attributes
     ----------
@@ -59,6 +64,7 @@ class SurfaceMesh:
     cuts: tuple[Ints, ...] = ()
     name: str = ""
     mendings: tuple[str, ...] = ()
+    starts: Optional[Origins] = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen(self.vertices, np.float64, (-1, 3)))
@@ -122,16 +128,36 @@ class SurfaceMesh:
         return len(self.borders) == 0
 
     @cached_property
-    def is_cut(self) -> Bools:
-        """(3F,) whether a halfedge lies on a cut."""
-        flag = np.zeros(3 * self.n_faces, bool)
-        if self.cuts:
-            tail, head = halfedge_ends(self.faces)
+    def origins(self) -> Origins:
+        """Where distances start: as chosen, or the borders, then the cuts."""
+        if self.starts is not None:
+            return self.starts
+        loops = (*self.borders, *self.cuts)
+        return Origins(loops, np.ones(len(loops), bool))
+
+    @cached_property
+    def is_origin(self) -> Bools:
+        """(3F,) whether a halfedge lies on an origin, in either direction."""
+        if self.starts is None and not self.cuts:
+            flag: Bools = self.twins == NO_TWIN
+        else:
+            (tail, head), (a, b) = halfedge_ends(self.faces), self.origins.edges()
             n = self.n_vertices
-            a = np.concatenate(self.cuts)
-            b = np.concatenate([np.roll(loop, -1) for loop in self.cuts])
-            wanted = np.concatenate([a * n + b, b * n + a])
-            flag = np.isin(tail * n + head, wanted)
+            flag = np.isin(tail * n + head, np.concatenate([a * n + b, b * n + a]))
+        flag.flags.writeable = False
+        return flag
+
+    @cached_property
+    def is_cut(self) -> Bools:
+        """(3F,) whether a halfedge lies on an origin inside the surface: a cut, or a chosen curve."""
+        flag: Bools = self.is_origin & (self.twins != NO_TWIN)
+        flag.flags.writeable = False
+        return flag
+
+    @cached_property
+    def is_selvedge(self) -> Bools:
+        """(3F,) whether a halfedge lies on a border from which no distance starts."""
+        flag: Bools = (self.twins == NO_TWIN) & ~self.is_origin
         flag.flags.writeable = False
         return flag
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Ints
-from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, previous_halfedge
+from weavecore.geometry.arrays import Bools, Ints
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.field import DistanceField
 from weavecore.offsetting.sheet import Sheet
@@ -15,17 +17,12 @@ from weavecore.offsetting.sheet import Sheet
 
 def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
     """The surface opened along its cuts."""
-    faces, twins, vertex = surface.faces, surface.twins, np.arange(surface.n_vertices)
-    if surface.cuts:
-        faces, vertex = part_vertices(surface)
-        twins = np.where(surface.is_cut, NO_TWIN, twins)
-    n_borders, n_cuts = len(surface.borders), len(surface.cuts)
-    left, right = halfedges_of_cuts(surface)
-    first_of_borders = np.array([loop[0] for loop in surface.borders], np.int64)
+    faces, vertex = part_vertices(surface)
+    sides = sides_of_origins(surface)
     return Sheet(
-        points=surface.vertices[vertex] if surface.cuts else surface.vertices,
+        points=surface.vertices[vertex],
         faces=faces,
-        twins=twins,
+        twins=np.where(surface.is_cut, NO_TWIN, surface.twins),
         distance=field.distance[vertex],
         gradient=field.gradient[vertex],
         whole_faces=faces,
@@ -33,30 +30,57 @@ def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
         edge_of=np.repeat(np.arange(len(vertex))[:, None], 2, axis=1),
         share=np.zeros(len(vertex)),
         steepness=np.ones(len(vertex)),
-        origins=surface.borders + surface.cuts,
-        side_polyline=np.concatenate([np.arange(n_borders + n_cuts), n_borders + np.arange(n_cuts)]),
-        side_node=np.concatenate([first_of_borders, faces.ravel()[left], faces.ravel()[right]]),
-        side_is_left=np.arange(n_borders + 2 * n_cuts) < n_borders + n_cuts,
+        origins=surface.origins,
+        side_polyline=sides.polyline,
+        side_node=faces.ravel()[sides.halfedge],
+        side_is_left=sides.is_left,
     )
 
 
-def halfedges_of_cuts(surface: SurfaceMesh) -> tuple[Ints, Ints]:
-    """The halfedge from the first to the second vertex of each cut, and its twin."""
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """The sides of the origins on which there is surface: the left ones first, then the right ones.
+
+    Parameters
+    ----------
+    polyline : (s,) int64
+        Which origin.
+    halfedge : (s,) int64
+        The halfedge along its first edge in the face on that side.
+    is_left : (s,) bool
+    """
+
+    polyline: Ints
+    halfedge: Ints
+    is_left: Bools
+
+
+def sides_of_origins(surface: SurfaceMesh) -> Sides:
+    """The left side of every origin, and the right side of those inside the surface."""
     tail, head = halfedge_ends(surface.faces)
-    candidates = np.flatnonzero(surface.is_cut)
+    candidates = np.flatnonzero(surface.is_origin)
     key = tail[candidates] * surface.n_vertices + head[candidates]
     order = np.argsort(key)
-    wanted = np.array([loop[0] * surface.n_vertices + loop[1] for loop in surface.cuts], np.int64)
-    left: Ints = candidates[order][np.searchsorted(key[order], wanted)]
-    return left, surface.twins[left]
+    wanted = np.array([path[0] * surface.n_vertices + path[1] for path in surface.origins.paths], np.int64)
+    left = candidates[order][np.searchsorted(key[order], wanted)]
+    inner = np.flatnonzero(surface.twins[left] != NO_TWIN)
+    every = np.arange(len(left))
+    return Sides(
+        polyline=np.concatenate([every, inner]),
+        halfedge=np.concatenate([left, surface.twins[left[inner]]]),
+        is_left=np.arange(len(left) + len(inner)) < len(left),
+    )
 
 
 def part_vertices(surface: SurfaceMesh) -> tuple[Ints, Ints]:
     """Faces whose corners on a cut name one node per fan of faces, and the vertex of each node."""
     corner_vertex = surface.faces.ravel()
     n = surface.n_vertices
+    cut = np.flatnonzero(surface.is_cut)
+    if len(cut) == 0:
+        return surface.faces, np.arange(n)
     is_on_cut = np.zeros(n, bool)
-    is_on_cut[np.concatenate(surface.cuts)] = True
+    is_on_cut[corner_vertex[cut]] = is_on_cut[corner_vertex[next_halfedge(cut)]] = True
     corners = np.flatnonzero(is_on_cut[corner_vertex])
     behind = previous_halfedge(corners)
     joined = ~surface.is_cut[behind] & (surface.twins[behind] != NO_TWIN)

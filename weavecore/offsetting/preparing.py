@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.refinement import refine_faces
 from weavecore.model.surface import SurfaceMesh
 
@@ -17,7 +16,7 @@ EDGES_PER_SPACING = 2.0
 
 def refuse_closed(surface: SurfaceMesh) -> None:
     """Raise `Unsupported` where a component has neither a border nor a cut to start from."""
-    start = np.flatnonzero((surface.twins == NO_TWIN) | surface.is_cut) // 3
+    start = np.flatnonzero(surface.is_origin) // 3
     closed = ~np.isin(surface.component_of_face, surface.component_of_face[start])
     if closed.any():
         raise Unsupported(

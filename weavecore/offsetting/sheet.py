@@ -14,6 +14,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.model.origins import Origins
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +38,11 @@ class Sheet:
         Where between these two it lies: 0 to 1.
     steepness : (n,) float64
         How steeply the distance rises along the ridge at a node that was put on one; 1 elsewhere.
-    origins : tuple of int arrays
-        Vertex loops of the surface where distances start: its borders, then its cuts.
+    origins : Origins
+        Where distances start: paths of vertices of the surface.
     side_polyline, side_node, side_is_left : (s,)
-        The sides of these loops on which there is surface: which loop, one node
-        of the sheet on that side, and whether it is the left side.  A cut has two.
+        The sides of these paths on which there is surface: which path, one node
+        of the sheet on that side, and whether it is the left side.  A path inside the surface has two.
     """
 
     points: Floats
@@ -54,7 +55,7 @@ class Sheet:
     edge_of: Ints
     share: Floats
     steepness: Floats
-    origins: tuple[Ints, ...]
+    origins: Origins
     side_polyline: Ints
     side_node: Ints
     side_is_left: Bools

@@ -86,7 +86,7 @@ def _depth_along_edges(surface: SurfaceMesh) -> float:
     n = surface.n_vertices
     graph = coo_matrix((surface.edge_lengths, (tail, head)), shape=(n, n)).tocsr()
     # Where two halfedges share an edge the sum of both would be stored; each runs its own way, so none do.
-    sources = np.concatenate([*surface.borders, *surface.cuts])
+    sources = surface.origins.vertices()
     distance: Floats = dijkstra(graph, directed=False, indices=sources, min_only=True)
     return float(distance[np.isfinite(distance)].max())
 

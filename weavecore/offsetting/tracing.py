@@ -66,13 +66,13 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: Spac
 
 def _polylines(surface: SurfaceMesh, sheet: Sheet, crossings: Crossings, part: Floats, loops: Loops) -> Polylines:
     """The loops where distances start, vertex for vertex, then the traced ones."""
-    origin = np.concatenate([*sheet.origins, np.zeros(0, np.int64)])
+    origin = sheet.origins.vertices()
     origin_face, origin_barycentric = corners_at(surface, origin)
     halfedge, part = crossings.halfedge[loops.order], part[loops.order]
     deep, shallow = crossings.deep[loops.order], crossings.shallow[loops.order]
     points = sheet.points[deep] + (sheet.points[shallow] - sheet.points[deep]) * part[:, None]
     face, barycentric = sheet.locate(halfedge, part)
-    counts = np.concatenate([[len(loop) for loop in sheet.origins], np.diff(loops.offsets)])
+    counts = np.concatenate([[len(path) for path in sheet.origins.paths], np.diff(loops.offsets)])
     return Polylines(
         points=np.concatenate([surface.vertices[origin], points]),
         offsets=offsets_of(counts),

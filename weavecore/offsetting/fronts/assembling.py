@@ -11,14 +11,14 @@ from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.cutting import NONE, Cells, Marks, cut_along
-from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.model.latitudes import Latitudes
+from weavecore.model.origins import Origins
 from weavecore.model.polylines import Polylines
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.bands import find_parents, order_bands
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.ladder import Ladder
-from weavecore.offsetting.opening import halfedges_of_cuts, part_vertices
+from weavecore.offsetting.opening import part_vertices, sides_of_origins
 from weavecore.offsetting.tracing import corners_at
 
 _SAMPLES_PER_SPACING = 20
@@ -29,7 +29,7 @@ _SAME_PLACE = 1e-8
 
 def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, ladder: Ladder) -> Latitudes:
     """The borders and cuts as generation 0, then the fronts of each generation."""
-    origins = [*surface.borders, *surface.cuts]
+    origins = surface.origins
     polylines = _polylines(surface, origins, generations)
     n_fronts = [len(fronts) for fronts in generations]
     generation = np.repeat(np.arange(len(n_fronts) + 1), [len(origins), *n_fronts])
@@ -55,8 +55,8 @@ def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *,
     )
 
 
-def _polylines(surface: SurfaceMesh, origins: list[Ints], generations: list[Curves]) -> Polylines:
-    vertex = np.concatenate(origins)
+def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[Curves]) -> Polylines:
+    vertex = origins.vertices()
     face, weights = corners_at(surface, vertex)
     kept = [_find_distinct(fronts) for fronts in generations]
     faces = np.concatenate([face, *(fronts.face[k] for fronts, k in zip(generations, kept))])
@@ -64,7 +64,7 @@ def _polylines(surface: SurfaceMesh, origins: list[Ints], generations: list[Curv
     points = np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[faces]])
     points[: len(vertex)] = surface.vertices[vertex]
     per_front = (np.bincount(fronts.owner[k], minlength=len(fronts)) for fronts, k in zip(generations, kept))
-    counts = np.concatenate([[len(loop) for loop in origins], *per_front])
+    counts = np.concatenate([[len(path) for path in origins.paths], *per_front])
     return Polylines(points, offsets_of(counts), np.ones(len(counts), bool), faces, weights)
 
 
@@ -121,7 +121,7 @@ class _Pieces:
         self.count = len(used)
         self.left, self.right = name[cells.left_piece], name[cells.right_piece]
         self.beside: Ints = name[cells.edge_piece]
-        faces, self.vertex = part_vertices(surface) if surface.cuts else (surface.faces, np.arange(surface.n_vertices))
+        faces, self.vertex = part_vertices(surface)
         self.of_node = np.empty(len(self.vertex), np.int64)
         self.of_node[faces.ravel()] = self.beside
         # Cut into open cells: fronts themselves are closed curves and count for nothing.
@@ -142,28 +142,15 @@ def _sides(
     surface: SurfaceMesh, pieces: _Pieces, polylines: Polylines, n_origins: int
 ) -> tuple[Ints, Ints, Bools, Bools]:
     """For each side of each polyline: the polyline, the piece, whether it is its parent, whether on its left."""
-    left, right = halfedges_of_cuts(surface)
-    border = _first_halfedges(surface)
-    n_borders, n_cuts = len(surface.borders), len(surface.cuts)
+    origins = sides_of_origins(surface)
     first = polylines.offsets[n_origins:-1] - polylines.offsets[n_origins]
     child = n_origins + np.arange(len(first))
-    polyline = np.concatenate([np.arange(n_origins), n_borders + np.arange(n_cuts), child, child])
-    piece = np.concatenate(
-        [pieces.beside[border], pieces.beside[left], pieces.beside[right], pieces.left[first], pieces.right[first]]
-    )
-    is_parent = np.arange(len(polyline)) < n_origins + n_cuts + len(child)
+    polyline = np.concatenate([origins.polyline, child, child])
+    piece = np.concatenate([pieces.beside[origins.halfedge], pieces.left[first], pieces.right[first]])
+    is_parent = np.arange(len(polyline)) < len(origins.polyline) + len(child)
     is_left = is_parent.copy()
-    is_left[n_origins : n_origins + n_cuts] = False
+    is_left[: len(origins.polyline)] = origins.is_left
     return polyline, piece, is_parent, is_left
-
-
-def _first_halfedges(surface: SurfaceMesh) -> Ints:
-    """The halfedge that leaves the first vertex of each border along it."""
-    border = np.flatnonzero(surface.twins == NO_TWIN)
-    at = np.full(surface.n_vertices, NONE)
-    at[halfedge_ends(surface.faces)[0][border]] = border
-    first: Ints = at[np.array([loop[0] for loop in surface.borders], np.int64)]
-    return first
 
 
 def _vertex_distances(
@@ -195,6 +182,5 @@ def _vertex_distances(
         found = np.minimum(found, np.where(away < far / 2, distance[owner[nearest]] + away, np.inf))
     least = np.full(surface.n_vertices, np.inf)
     np.minimum.at(least, pieces.vertex, found)
-    on_origin = np.concatenate([*surface.borders, *surface.cuts])
-    least[on_origin] = 0.0
+    least[surface.origins.vertices()] = 0.0
     return least
