@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.model.latitudes import Bands
-from weavecore.offsetting.contours import Crossings, Loops
+from weavecore.offsetting.contours import NO_CROSSING, Crossings, Loops
 from weavecore.offsetting.ladder import Ladder
 from weavecore.offsetting.persistence import Regions
 from weavecore.offsetting.sheet import Sheet
@@ -31,6 +31,8 @@ class Pieces:
         Band of each node.
     above, below : (N,) int64
         Band on the deeper and on the shallower side of each crossing.
+    enters : (N,) bool
+        Whether the polyline enters a face there.
     """
 
     def __init__(self, regions: Regions, crossings: Crossings) -> None:
@@ -39,8 +41,10 @@ class Pieces:
         is_first = crossings.level == regions.band[crossings.shallow] + 1
         above = np.where(is_last, regions.label[crossings.deep], part)
         below = np.where(is_first, regions.label[crossings.shallow], part - 1)
-        a = np.concatenate([above, below])
-        b = np.concatenate([above[crossings.after], below[crossings.after]])
+        self.enters: Bools = crossings.after != NO_CROSSING
+        onward = crossings.after[self.enters]
+        a = np.concatenate([above[self.enters], below[self.enters]])
+        b = np.concatenate([above[onward], below[onward]])
         # Nodes of one region are joined already; only parts of edges need joining.
         joins = (a >= regions.count) | (b >= regions.count)
         n = regions.count + len(crossings)
@@ -56,8 +60,11 @@ class Pieces:
         self.below: Ints = name[label[below]]
         self.is_last_on_edge: Bools = is_last
 
-    def euler(self, sheet: Sheet, regions: Regions) -> Ints:
-        """Euler characteristic of each band: its open cells, since closed polylines count for 0."""
+    def euler(self, sheet: Sheet, regions: Regions, open_starts: Ints) -> Ints:
+        """Euler characteristic of each band: its open cells, and 1 for each side that is an open polyline.
+
+        Closed ones count for 0.  ``open_starts`` are the first crossings of the open polylines.
+        """
 
         def tally(bands: Ints) -> Ints:
             return np.bincount(bands, minlength=self.count)
@@ -65,8 +72,9 @@ class Pieces:
         a, b = self.node_band[sheet.tail[sheet.edges]], self.node_band[sheet.head[sheet.edges]]
         edges = tally(a) + tally(b[a != b]) + tally(self.above[~self.is_last_on_edge])
         corners = sheet.faces[np.arange(len(sheet.faces)), np.argmin(regions.band[sheet.faces], axis=1)]
-        pieces = tally(self.node_band[corners]) + tally(self.above)
-        euler: Ints = tally(self.node_band) - edges + pieces
+        pieces = tally(self.node_band[corners]) + tally(self.above[self.enters])
+        sides = tally(self.above[open_starts]) + tally(self.below[open_starts])
+        euler: Ints = tally(self.node_band) - edges + pieces + sides
         return euler
 
     def depths(self, distance: Floats, reached: Floats) -> Floats:
@@ -88,14 +96,14 @@ def find_bands(sheet: Sheet, regions: Regions, crossings: Crossings, loops: Loop
     """
     pieces = Pieces(regions, crossings)
     first = loops.order[loops.offsets[:-1]]
-    child = sheet.n_origins + np.arange(len(first))
+    child = len(sheet.origins) + np.arange(len(first))
     polyline = np.concatenate([sheet.side_polyline, child, child])
     band = np.concatenate([pieces.node_band[sheet.side_node], pieces.above[first], pieces.below[first]])
     is_parent = np.arange(len(polyline)) < len(sheet.side_polyline) + len(first)
     is_left = is_parent.copy()
     is_left[: len(sheet.side_polyline)] = sheet.side_is_left
     reached = ladder.distance(crossings.level.astype(np.float64))
-    euler, depth = pieces.euler(sheet, regions), pieces.depths(sheet.distance, reached)
+    euler, depth = pieces.euler(sheet, regions, first[~loops.closed]), pieces.depths(sheet.distance, reached)
     return order_bands(polyline, band, is_parent, is_left, euler, depth)
 
 

@@ -2,8 +2,9 @@
 
 A *crossing* is where one level meets one edge.  It is named by the *descending* halfedge of
 that edge, the one that runs from the deeper to the shallower end: a polyline with the deeper
-side on its left enters a face across a descending halfedge and leaves it across the twin of
-another one.  So each crossing has exactly one successor, and all levels are traced at once.
+side on its left enters a face across a descending halfedge and leaves it across the opposite of
+another one.  So each crossing has exactly one successor, or none where a polyline ends on
+the border, and all levels are traced at once.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Ints, offsets_of
 from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
 from weavecore.offsetting.sheet import Sheet
+
+NO_CROSSING = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +33,7 @@ class Crossings:
     level : (N,) int64
         Which level crosses there, from 1.
     after : (N,) int64
-        The next crossing along the polyline.
+        The next crossing along the polyline, -1 where it ends.
     deep, shallow : (N,) int64
         Tail and head vertex of the halfedge.
     """
@@ -47,17 +50,21 @@ class Crossings:
 
 @dataclass(frozen=True, eq=False)
 class Loops:
-    """Closed loops of crossings, by level, then by their least crossing, with which each begins.
+    """The polylines that the crossings make, by level, then by the crossing with which each begins.
+
+    A closed one begins with its least crossing.
 
     Parameters
     ----------
     order : (N,) int64
-        Crossings, loop after loop.
+        Crossings, polyline after polyline.
     offsets : (P+1,) int64
+    closed : (P,) bool
     """
 
     order: Ints
     offsets: Ints
+    closed: Bools
 
 
 def count_crossings(sheet: Sheet, band: Ints) -> int:
@@ -72,7 +79,7 @@ def find_crossings(sheet: Sheet, band: Ints) -> Crossings:
     ----------
     sheet : Sheet
     band : (n,) int64
-        Number of levels at or below each node; the same at both ends of an edge of the border.
+        Number of levels at or below each node.
     """
     tail, head = sheet.tail, sheet.head
     count = np.maximum(band[tail] - band[head], 0)
@@ -81,34 +88,42 @@ def find_crossings(sheet: Sheet, band: Ints) -> Crossings:
     halfedge = np.repeat(falling, count[falling])
     shallow = head[halfedge]
     level = band[shallow] + 1 + (np.arange(len(halfedge)) - first[halfedge])
-    before, behind = next_halfedge(halfedge), previous_halfedge(halfedge)
-    apex_is_deeper = band[tail[behind]] >= level
-    across = sheet.twins[np.where(apex_is_deeper, before, behind)]
-    after = first[across] + level - band[head[across]] - 1
+    inner = np.flatnonzero(halfedge < len(sheet.twins))
+    before, behind = next_halfedge(halfedge[inner]), previous_halfedge(halfedge[inner])
+    apex_is_deeper = band[tail[behind]] >= level[inner]
+    across = sheet.opposite[np.where(apex_is_deeper, before, behind)]
+    after = np.full(len(halfedge), NO_CROSSING)
+    after[inner] = first[across] + level[inner] - band[head[across]] - 1
     return Crossings(halfedge, level, after, tail[halfedge], shallow)
 
 
 def chain_loops(crossings: Crossings) -> Loops:
-    """Order the crossings along the closed loops that they make.
+    """Order the crossings along the polylines that they make.
 
-    The loops are opened before their first crossing and strung one behind the other, so
+    Closed ones are opened before their first crossing, and all are strung one behind the other, so
     that one walk, in compiled code, orders them all.
     """
     n = len(crossings)
     if n == 0:
-        return Loops(np.zeros(0, np.int64), np.zeros(1, np.int64))
-    count, label = connected_components(_pointers(crossings.after), directed=False)
+        return Loops(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros(0, bool))
     index = np.arange(n)
+    is_end = crossings.after == NO_CROSSING
+    onward = np.where(is_end, index, crossings.after)
+    count, label = connected_components(_pointers(onward), directed=False)
     first = np.empty(count, np.int64)
     first[label[::-1]] = index[::-1]
+    before = np.full(n, NO_CROSSING)
+    before[onward[~is_end]] = index[~is_end]
+    starts, ends = np.flatnonzero(before == NO_CROSSING), np.flatnonzero(is_end)
+    first[label[starts]] = starts
+    last = before[first]
+    last[label[ends]] = ends
+    closed = np.ones(count, bool)
+    closed[label[ends]] = False
     rank = np.lexsort((first, crossings.level[first]))
-    before = np.empty(n, np.int64)
-    before[crossings.after] = index
-    follower = crossings.after.copy()
-    starts = first[rank]
-    follower[before[starts]] = np.roll(starts, -1)
-    order = breadth_first_order(_pointers(follower), starts[0], return_predecessors=False)
-    return Loops(order.astype(np.int64), offsets_of(np.bincount(label, minlength=count)[rank]))
+    onward[last[rank]] = np.roll(first[rank], -1)
+    order = breadth_first_order(_pointers(onward), first[rank[0]], return_predecessors=False)
+    return Loops(order.astype(np.int64), offsets_of(np.bincount(label, minlength=count)[rank]), closed[rank])
 
 
 def _pointers(after: Ints) -> csr_matrix:

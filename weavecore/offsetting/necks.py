@@ -41,9 +41,9 @@ def cut_necks(sheet: Sheet, *, ladder: Ladder) -> Floats:
 
 
 def _are_saddles(sheet: Sheet, nodes: Ints) -> Bools:
-    """Whether the ring of neighbours of each inner node rises above it in two places or more.
+    """Whether the ring of neighbours of each node rises above it in two places or more.
 
-    Equal distances are told apart by the number of the node.
+    Equal distances are told apart by the number of the node.  At a border the ring is half a ring, and its mirror.
     """
     place = np.full(sheet.n_nodes, -1, np.int64)
     place[nodes] = np.arange(len(nodes))
@@ -56,4 +56,5 @@ def _are_saddles(sheet: Sheet, nodes: Ints) -> Bools:
         return np.asarray((difference > 0) | ((difference == 0) & (other > own)))
 
     turns = rises(sheet.faces[face, (k + 1) % 3]) != rises(sheet.faces[face, (k + 2) % 3])
-    return np.asarray(np.bincount(place[own[turns]], minlength=len(nodes)) >= 4)
+    n_turns = np.bincount(place[own[turns]], minlength=len(nodes)) * np.where(sheet.on_border()[nodes], 2, 1)
+    return np.asarray(n_turns >= 4)

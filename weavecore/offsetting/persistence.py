@@ -2,7 +2,7 @@
 
 A *region* is a connected set of nodes with the same number of levels below them.  The
 distance from the borders has no pits: whoever walks towards the borders only ever descends.
-So a region with no lower neighbour and no border is an artefact of sampling, as is a
+So a region with no lower neighbour and no origin is an artefact of sampling, as is a
 *cap* that rises hardly above its level where two fronts meet.  Both are levelled here.
 """
 
@@ -45,7 +45,7 @@ class Regions:
 def group_nodes(sheet: Sheet, *, ladder: Ladder) -> Regions:
     """Group the nodes into regions and level pits and caps.
 
-    Every region that is left has a lower neighbour or holds a border, so that each polyline
+    Every region that is left has a lower neighbour or holds an origin, so that each polyline
     has a parent; each that has no higher neighbour rises `LEAST_CAP` spacings above its level.
     """
     distance = cut_necks(sheet, ladder=ladder)
@@ -54,7 +54,7 @@ def group_nodes(sheet: Sheet, *, ladder: Ladder) -> Regions:
     falls = band[tail] != band[head]
     count, label = _components(tail[~falls], head[~falls], sheet.n_nodes)
     graph = _RegionGraph(band, label, count, tail[falls], head[falls])
-    region_band, merged = graph.level(ladder.height(distance), sheet.on_border())
+    region_band, merged = graph.level(ladder.height(distance), sheet.distance == 0.0)
     settled = region_band[label]
     moved = settled != band
     level = settled[moved].astype(np.float64)
@@ -73,15 +73,15 @@ class _RegionGraph:
         pairs = np.unique(ends[0] * np.int64(count) + ends[1])
         self.a, self.b = pairs // count, pairs % count
 
-    def level(self, height: Floats, on_border: Bools) -> tuple[Ints, Ints]:
+    def level(self, height: Floats, on_origin: Bools) -> tuple[Ints, Ints]:
         """Raise pits, then lower caps: band and merged region of each region."""
         count = len(self.band)
-        has_border = np.zeros(count, bool)
-        has_border[self.node_label[on_border]] = True
+        has_origin = np.zeros(count, bool)
+        has_origin[self.node_label[on_origin]] = True
         top = np.full(count, -np.inf)
         np.maximum.at(top, self.node_label, height)
         merged = np.arange(count)
-        while self._raise_pits(merged, has_border):
+        while self._raise_pits(merged, has_origin):
             merged = self._merge()
         self._lower_caps(merged, top)
         return self.band, self._merge()
@@ -90,11 +90,11 @@ class _RegionGraph:
         same = self.band[self.a] == self.band[self.b]
         return _components(self.a[same], self.b[same], len(self.band))[1]
 
-    def _raise_pits(self, merged: Ints, has_border: Bools) -> bool:
+    def _raise_pits(self, merged: Ints, has_origin: Bools) -> bool:
         """Lift each pit to its lowest neighbour; whether there was one."""
         n = int(merged.max()) + 1
         is_pit = np.ones(n, bool)
-        is_pit[merged[has_border]] = False
+        is_pit[merged[has_origin]] = False
         is_pit[merged[self.a[self.band[self.b] < self.band[self.a]]]] = False
         rises = is_pit[merged[self.a]] & (self.band[self.b] > self.band[self.a])
         if not rises.any():

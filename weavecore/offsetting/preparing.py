@@ -28,11 +28,13 @@ def refuse_closed(surface: SurfaceMesh) -> None:
 
 
 def refine_for(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
-    """The surface with no edge too long for the spacing, but for its borders and cuts; itself if there is none."""
+    """The surface with no edge too long for the spacing, but for those of its origins; itself if there is none."""
     longest = spacing / EDGES_PER_SPACING
     if surface.edge_lengths.max() <= longest:
         return surface
-    refined = refine_faces(surface.vertices, surface.faces, longest=longest, protected=surface.is_cut)
+    refined = refine_faces(
+        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, yielding=surface.is_selvedge
+    )
     if len(refined.faces) == surface.n_faces:
         return surface
     return replace(surface, vertices=refined.vertices, faces=refined.faces)

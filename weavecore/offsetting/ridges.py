@@ -38,8 +38,8 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, ladder: Ladder) -> Sheet
     a, b = sheet.tail[halfedge], sheet.head[halfedge]
     points = np.concatenate([sheet.points, sheet.points[a] + (sheet.points[b] - sheet.points[a]) * share[:, None]])
     middle = np.full(len(sheet.tail), NOT_SPLIT, np.int64)
-    middle[halfedge] = middle[sheet.twins[halfedge]] = sheet.n_nodes + np.arange(len(halfedge))
-    faces, part_of, twins = split_edges(points, sheet.faces, sheet.twins, middle)
+    middle[halfedge] = middle[sheet.opposite[halfedge]] = sheet.n_nodes + np.arange(len(halfedge))
+    faces, part_of, twins = split_edges(points, sheet.faces, sheet.twins, middle[: len(sheet.twins)])
     steepness = 0.5 * np.linalg.norm(sheet.gradient[a] + sheet.gradient[b], axis=1)
     return replace(
         sheet,
@@ -57,7 +57,9 @@ def split_ridges(sheet: Sheet, edge_lengths: Floats, *, ladder: Ladder) -> Sheet
 
 def _find_peaks(sheet: Sheet, edge_lengths: Floats, ladder: Ladder) -> tuple[Ints, Floats, Floats]:
     """Halfedges with a peak that a level comes near, where on them it lies, and its distance."""
-    h = sheet.edges[sheet.twins[sheet.edges] != NO_TWIN]
+    h = sheet.edges
+    at_start = sheet.distance == 0
+    h = h[(sheet.twins[h] != NO_TWIN) | ~at_start[sheet.tail[h]] | ~at_start[sheet.head[h]]]
     a, b = sheet.tail[h], sheet.head[h]
     higher = np.maximum(sheet.distance[a], sheet.distance[b])
     # No distance rises faster than the way: this is the most that a peak can be.

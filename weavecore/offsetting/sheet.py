@@ -2,7 +2,8 @@
 
 A sheet is opened along the cuts: each is two borders, so that whoever traces never needs to
 ask about cuts.  A *node* of the sheet is a vertex of the surface (one on a cut is a
-node per side) or lies on an edge between two of those.
+node per side) or lies on an edge between two of those.  Every edge has two halfedges here: that
+on the outer side of a border, which has no face, is numbered on from those of the faces.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from weavecore.model.origins import Origins
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A mesh with a distance that is 0 on all of its border.
+    """A mesh with a distance that is 0 along its origins.
 
     Parameters
     ----------
@@ -61,22 +62,32 @@ class Sheet:
     side_is_left: Bools
 
     @property
-    def n_origins(self) -> int:
-        return len(self.origins)
-
-    @property
     def n_nodes(self) -> int:
         return len(self.points)
 
     @cached_property
+    def border(self) -> Ints:
+        """(b,) the halfedges on the inner side of the border."""
+        return np.flatnonzero(self.twins == NO_TWIN)
+
+    @cached_property
+    def opposite(self) -> Ints:
+        """(3F + b,) the other halfedge of the same edge."""
+        opposite = np.concatenate([self.twins, self.border])
+        opposite[self.border] = len(self.twins) + np.arange(len(self.border))
+        return opposite
+
+    @cached_property
     def tail(self) -> Ints:
-        """(3F,) node at which each halfedge begins."""
-        return halfedge_ends(self.faces)[0]
+        """(3F + b,) node at which each halfedge begins."""
+        tail, head = halfedge_ends(self.faces)
+        return np.concatenate([tail, head[self.border]])
 
     @cached_property
     def head(self) -> Ints:
-        """(3F,) node at which each halfedge ends."""
-        return halfedge_ends(self.faces)[1]
+        """(3F + b,) node at which each halfedge ends."""
+        tail, head = halfedge_ends(self.faces)
+        return np.concatenate([head, tail[self.border]])
 
     @cached_property
     def edges(self) -> Ints:
@@ -86,13 +97,15 @@ class Sheet:
     def on_border(self) -> Bools:
         """(n,) whether a node lies on the border of the sheet."""
         flag = np.zeros(self.n_nodes, bool)
-        border = self.twins == NO_TWIN
-        flag[self.tail[border]] = flag[self.head[border]] = True
+        flag[self.tail[self.border]] = flag[self.head[self.border]] = True
         return flag
 
     def edge_normals(self, halfedge: Ints) -> Floats:
-        """(N, 3) unit normals of the surface at inner edges: between those of the faces beside them."""
-        normal = self._face_vectors(halfedge // 3) + self._face_vectors(self.twins[halfedge] // 3)
+        """(N, 3) unit normals of the surface at edges: between those of the faces beside them."""
+        n = len(self.twins)
+        one, other = halfedge, self.opposite[halfedge]
+        one, other = np.where(one < n, one, other), np.where(other < n, other, one)
+        normal = self._face_vectors(one // 3) + self._face_vectors(other // 3)
         size = np.sqrt(np.einsum("ij,ij->i", normal, normal))[:, None]
         unit: Floats = np.divide(normal, size, out=normal, where=size > 0)
         return unit
@@ -105,6 +118,8 @@ class Sheet:
 
     def locate(self, halfedge: Ints, part: Floats) -> tuple[Ints, Floats]:
         """Face of the surface and barycentric coordinates in it (N, 3) of points on halfedges."""
+        is_outer = halfedge >= len(self.twins)
+        halfedge, part = np.where(is_outer, self.opposite[halfedge], halfedge), np.where(is_outer, 1.0 - part, part)
         face = self.face_of[halfedge // 3]
         barycentric = np.zeros((len(halfedge), 3))
         row = np.arange(len(halfedge))

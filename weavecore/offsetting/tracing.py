@@ -51,7 +51,8 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: Spac
     part = place_crossings(sheet, regions, crossings, ladder=ladder)
     loops = chain_loops(crossings)
     bands = find_bands(sheet, regions, crossings, loops, ladder=ladder)
-    generation = np.concatenate([np.zeros(sheet.n_origins, np.int64), crossings.level[loops.order[loops.offsets[:-1]]]])
+    traced = crossings.level[loops.order[loops.offsets[:-1]]]
+    generation = np.concatenate([np.zeros(len(sheet.origins), np.int64), traced])
     return Latitudes(
         surface=surface,
         polylines=_polylines(surface, sheet, crossings, part, loops),
@@ -65,7 +66,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: Spac
 
 
 def _polylines(surface: SurfaceMesh, sheet: Sheet, crossings: Crossings, part: Floats, loops: Loops) -> Polylines:
-    """The loops where distances start, vertex for vertex, then the traced ones."""
+    """The origins, vertex for vertex, then the traced ones."""
     origin = sheet.origins.vertices()
     origin_face, origin_barycentric = corners_at(surface, origin)
     halfedge, part = crossings.halfedge[loops.order], part[loops.order]
@@ -76,7 +77,7 @@ def _polylines(surface: SurfaceMesh, sheet: Sheet, crossings: Crossings, part: F
     return Polylines(
         points=np.concatenate([surface.vertices[origin], points]),
         offsets=offsets_of(counts),
-        closed=np.ones(len(counts), bool),
+        closed=np.concatenate([sheet.origins.closed, loops.closed]),
         face=np.concatenate([origin_face, face]),
         barycentric=np.concatenate([origin_barycentric, barycentric]),
     )

@@ -16,6 +16,7 @@ from weavecore.geometry.unfolding import Unfolding
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.field import DistanceField
 from weavecore.offsetting.front import Lag, Look, fill_gaps, measure_growth, thin
+from weavecore.offsetting.mirroring import glue_mirror
 from weavecore.offsetting.rays import Rays, advance, offer_start
 from weavecore.offsetting.records import Records
 from weavecore.offsetting.seeds import seed_rays
@@ -27,12 +28,12 @@ STRIDE = 3.0  # median edge lengths between two looks at the front
 
 
 def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> DistanceField:
-    """Measure the distance from the borders and cuts along the surface.
+    """Measure the distance from the origins along the surface.
 
     Parameters
     ----------
     surface : SurfaceMesh
-        Each component has a border or a cut.
+        Each component has an origin.
     progress : callable, optional
         Called with a fraction and a label; may raise to cancel.
 
@@ -49,13 +50,17 @@ def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> Dist
     frames, scale = _frames_of(surface)
     records = _march(frames, progress)
     gradient = settle(frames, records)
-    return DistanceField(records.distance * scale, gradient)
+    n = surface.n_vertices
+    return DistanceField(records.distance[:n] * scale, gradient[:n])
 
 
 def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
-    """Frames of the mesh about the origin, in units of its median edge length."""
+    """Frames of the mesh, and of its mirror if there are selvedges, about 0 in units of its median edge length."""
     centred = surface.vertices - surface.vertices.mean(axis=0)
     scale = float(np.median(surface.edge_lengths)) or 1.0
+    if surface.is_selvedge.any():
+        vertex, faces, twins = glue_mirror(surface)
+        return Unfolding(centred[vertex] / scale, faces, twins), scale
     twins = np.where(surface.is_cut, NO_TWIN, surface.twins)
     return Unfolding(centred / scale, surface.faces, twins), scale
 

@@ -1,0 +1,41 @@
+"""The surface glued to its mirror along the selvedges.
+
+A shortest path on it that leaves the surface can be folded back, and is no shorter for that; so distances are those of
+shortest paths within the surface.  Where a selvedge turns away from the surface, such paths bend around its corner:
+glued to its mirror that is a vertex with more than a full turn of angle, as any saddle of the surface is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Ints
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge
+from weavecore.model.surface import SurfaceMesh
+
+
+def glue_mirror(surface: SurfaceMesh) -> tuple[Ints, Ints, Ints]:
+    """The faces of the surface, then those of its mirror, turned over.
+
+    Returns
+    -------
+    vertex : (n,) int64
+        The vertex of the surface that each vertex is or is the mirror of; those of the surface come first.
+    faces : (2F, 3) int64
+    twins : (6F,) int64
+        None along cuts and along the borders where distances start.
+    """
+    n_vertices, n_halfedges = surface.n_vertices, 3 * surface.n_faces
+    selvedge = np.flatnonzero(surface.is_selvedge)
+    is_shared = np.zeros(n_vertices, bool)
+    is_shared[halfedge_ends(surface.faces)[0][np.r_[selvedge, next_halfedge(selvedge)]]] = True
+    mirrored = np.where(is_shared, np.arange(n_vertices), n_vertices + np.cumsum(~is_shared) - 1)
+    vertex = np.concatenate([np.arange(n_vertices), np.flatnonzero(~is_shared)])
+    faces = np.concatenate([surface.faces, mirrored[surface.faces[:, [0, 2, 1]]]])
+    every = np.arange(n_halfedges)
+    mirror = n_halfedges + 3 * (every // 3) + 2 - every % 3
+    twins = np.full(2 * n_halfedges, NO_TWIN)
+    inner = np.flatnonzero((surface.twins != NO_TWIN) & ~surface.is_cut)
+    twins[inner], twins[mirror[inner]] = surface.twins[inner], mirror[surface.twins[inner]]
+    twins[selvedge], twins[mirror[selvedge]] = mirror[selvedge], selvedge
+    return vertex, faces, twins
