@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
@@ -19,6 +19,7 @@ from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, 
 from weavecore.offsetting.fronts.method import offset_fronts
 from weavecore.offsetting.ladder import Spacing
 from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.starting import start_at
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
 from weavecore.reading import inspect_file, read_result, read_surface, surface_from
 from weavecore.reading.result_file import read_weave
@@ -43,6 +44,7 @@ __all__ = [
     "read_result",
     "read_surface",
     "spacing_for_edges",
+    "start_at",
     "suggest_spacing",
     "surface_from",
     "validate",
@@ -62,6 +64,7 @@ def offset(
     *,
     spacing: Optional[Spacing] = None,
     method: str = "levels",
+    borders: Optional[Sequence[int]] = None,
     progress: Optional[Progress] = None,
 ) -> Latitudes:
     """Offset the borders of a surface inwards until they fill it (Yan et al. 2016, §4).
@@ -76,22 +79,27 @@ def offset(
     method : str
         ``"levels"``: level sets of the distance from the borders; ``"fronts"``: polylines moved step by
         step, as in the paper.
+    borders : sequence of int, optional
+        Places in ``surface.borders`` of those that distances start at; by default all.  The others cut the
+        polylines, which then are open.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
     Returns
     -------
     Latitudes
+        Its surface tells by ``origins`` where distances start.
 
     Raises
     ------
-    SpacingTooLarge, TooMuchWork, Unsupported
+    SpacingTooLarge, TooMuchWork, Unsupported, BadIndex
     """
     if method not in METHODS:
         raise Unsupported(f"There is no method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
+    started = start_at(surface, borders=borders)
     if spacing is None:
-        spacing = suggest_spacing(surface)
-    return METHODS[method](surface, spacing=spacing, progress=progress)
+        spacing = suggest_spacing(started)
+    return METHODS[method](started, spacing=spacing, progress=progress)
 
 
 def link(

@@ -23,7 +23,7 @@ def test_info_tells_of_each_object_what_weaving_asks(run: Run) -> None:
     assert layers == "layers: weave, weave::surface"
     assert heading.split() == ["object", "kind", "layer", "faces", "borders", "χ", "verdict"]
     assert row.split()[:4] == ["Tube", "Mesh", "weave::surface", "48"]
-    assert row.split()[4:] == ["2:", "6.2117", "m,", "6.2117", "m", "0", "can", "be", "woven"]
+    assert row.split()[4:] == ["0:", "6.2117", "m,", "1:", "6.2117", "m", "0", "can", "be", "woven"]
 
 
 def test_info_says_why_an_object_would_be_refused(run: Run, folder: Path) -> None:

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from weavecore import pipeline
 from weavecore.cli import app
 from weavecore.commands import weave as weave_command
+from woven_tube import tube_latitudes, tube_surface
 
 Run = Callable[..., Any]
 
@@ -203,3 +204,27 @@ def test_several_spacings_are_taken_from_the_border_on(run: Run, folder: Path) -
     assert distances[:3] == [0.0, 0.5, 1.5]
     assert result["parameters"]["spacings"][:2] == [0.5, 1.0]
     assert run("weave", "tube.3dm", "--spacing", "0.5,x").status == 2
+
+
+def test_the_borders_that_rings_start_from_are_told(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = {}
+
+    def offset(surface: Any, **options: Any) -> Any:
+        asked["starts"] = surface.starts
+        return tube_latitudes()
+
+    monkeypatch.setattr(pipeline, "offset", offset)
+    ended = run("weave", "tube.3dm", "--json", "w.json", "--spacing", "1", "--borders", "1")
+    assert (ended.status, ended.err) == (0, "")
+    assert [path.tolist() for path in asked["starts"].paths] == [tube_surface().borders[1].tolist()]
+    assert json.loads(Path("w.json").read_text("utf-8"))["parameters"]["borders"] == [1]
+
+
+def test_a_border_that_is_not_there_is_refused_and_no_number_is_wrong_usage(run: Run, folder: Path) -> None:
+    ended = run("weave", "tube.3dm", "--json", "w.json", "--borders", "0,2")
+    assert ended.status == 1
+    assert ended.err.startswith(
+        "weavecore: BAD_INDEX: The surface has 2 borders, numbers 0 to 1 (there is no border 2)."
+    )
+    for typed in ("", "first", "0;1", "1.5", "-1"):
+        assert run("weave", "tube.3dm", "--json", "w.json", "--borders", typed).status == 2

@@ -26,6 +26,21 @@ def lengths(text: str) -> Lengths:
 
 
 @dataclass(frozen=True)
+class Numbers:
+    """Whole numbers from 0 on, as they are typed."""
+
+    values: tuple[int, ...]
+
+
+def numbers_of(text: str) -> Numbers:
+    """Whole numbers between commas."""
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isdecimal() for part in parts):
+        raise typer.BadParameter(f"{text!r} is no list of numbers; give them as weavecore info lists them: 0,2")
+    return Numbers(tuple(int(part) for part in parts))
+
+
+@dataclass(frozen=True)
 class Plane:
     """A plane as it is typed: a point and a normal."""
 
@@ -118,6 +133,14 @@ CutPlane = Annotated[
     Optional[Plane],
     typer.Option(
         parser=plane_of, metavar="X,Y,Z,NX,NY,NZ", help="Plane that cuts a closed surface in two: a point and a normal."
+    ),
+]
+Borders = Annotated[
+    Optional[Numbers],
+    typer.Option(
+        parser=numbers_of,
+        metavar="NUMBERS",
+        help="Borders that the rings start from, by their numbers in weavecore info: 0,2; by default all.",
     ),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]

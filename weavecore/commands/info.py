@@ -31,14 +31,14 @@ def info(input_file: Input, time_limit: TimeLimit = None) -> None:
 
 
 def _row_of(one: "ObjectReport", unit: str) -> list[str]:
-    lengths = ", ".join(with_unit(length, unit) for length in one.border_lengths)
+    borders = [f"{number}: {with_unit(length, unit)}" for number, length in enumerate(one.border_lengths)]
     aside = f"{one.aside}; " if one.aside else ""
     return [
         one.name or one.id or "-",
         one.kind,
         one.layer or "-",
         str(one.n_faces),
-        f"{one.n_borders}: {lengths}" if lengths else str(one.n_borders),
+        ", ".join(borders) or ("none" if one.n_faces else "-"),
         "-" if one.euler_characteristic is None else str(one.euler_characteristic),
         f"{aside}{one.message or 'can be woven'}",
     ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Optional
 import typer
 
 from weavecore.commands.arguments import (
+    Borders,
     CutPlane,
     EdgeTarget,
     Input,
@@ -89,6 +90,7 @@ def weave(
     time_limit: TimeLimit = None,
     method: Annotated[str, typer.Option(metavar="NAME", callback=known_method, help="levels or fronts.")] = "levels",
     cut_plane: CutPlane = None,
+    borders: Borders = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -112,6 +114,7 @@ def weave(
             time_limit=time_limit,
             progress=part_of(tell, 0.0, 0.1),
         )
+        surface = pipeline.start_at(surface, borders=borders.values if borders else None)
         chosen, distance = _spacing(surface, spacing, edge)
         latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=part_of(tell, 0.1, 0.5))
         edge_length = edge.in_unit(surface.unit) if edge else None
@@ -127,6 +130,8 @@ def weave(
         parameters["method"] = method
         if cut_plane:
             parameters["cut_plane"] = cut_plane.numbers
+        if borders:
+            parameters["borders"] = borders.values
         pipeline.export_together(
             woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.85, 1.0)
         )
