@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from open_cloth import CLOTHS, cloth_latitudes
 from weavecore.exporting.registry import encode
 from weavecore.model import FAMILIES, SurfaceMesh
 from woven_tube import tube_latitudes, tube_lattice, tube_strands, tube_surface
@@ -61,6 +62,22 @@ def test_a_cut_is_named_of_a_closed_surface_alone() -> None:
     closed = SurfaceMesh(corners, faces, cuts=(np.array([0, 1, 2]),))
     assert json.loads(encode(closed, "a.json"))["surface"]["cut"] == [[0, 1, 2]]
     assert "cut" not in json.loads(encode(tube_surface(), "a.json"))["surface"]
+
+
+def test_every_polyline_says_whether_it_is_closed() -> None:
+    assert json.loads(encode(tube_latitudes(), "a.json"))["latitudes"]["closed"] == [True] * len(tube_latitudes())
+    latitudes = cloth_latitudes("hole")
+    closed = json.loads(encode(latitudes, "a.json"))["latitudes"]["closed"]
+    assert closed == latitudes.polylines.closed.tolist()
+    assert sorted(set(closed)) == [False, True]
+
+
+def test_origins_are_named_where_they_were_chosen_alone() -> None:
+    assert "origins" not in json.loads(encode(tube_surface(), "a.json"))["surface"]
+    for name, is_closed in (("hole", True), ("slit", False)):
+        surface = CLOTHS[name]()
+        told = json.loads(encode(surface, "a.json"))["surface"]["origins"]
+        assert told == [{"vertices": surface.origins.paths[0].tolist(), "closed": is_closed}]
 
 
 def test_floats_are_the_shortest_that_read_back() -> None:

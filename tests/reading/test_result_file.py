@@ -5,13 +5,14 @@ from __future__ import annotations
 import copy
 import dataclasses
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from open_cloth import CLOTHS, cloth_latitudes
 from weavecore import pipeline
 from weavecore.errors import BadIndex, NonFinite, Unreadable, Unsupported, WeaveError
 from weavecore.exporting.registry import encode
@@ -75,6 +76,27 @@ def test_a_closed_surface_keeps_its_cuts() -> None:
     assert_same(surface, decode_result(encode(surface, "a.json")))
 
 
+@pytest.mark.parametrize("name", CLOTHS)
+def test_origins_and_open_polylines_are_read_back(name: str) -> None:
+    latitudes = cloth_latitudes(name)
+    again = decode_result(encode(latitudes, "a.json"))
+    assert_same(latitudes, again)
+    assert again.surface.starts is not None
+    assert_same(latitudes.surface, decode_result(encode(latitudes.surface, "a.json")))
+
+
+def test_a_result_that_does_not_say_what_is_closed_has_closed_polylines() -> None:
+    whole = json.loads(encode(tube_lattice().latitudes, "a.json"))
+    del whole["latitudes"]["closed"]
+    assert_same(tube_lattice().latitudes, take_result(whole))
+
+
+def open_document() -> dict[str, Any]:
+    """Latitudes, of which some are open, from a path inside a surface."""
+    found: dict[str, Any] = json.loads(encode(cloth_latitudes("slit"), "a.json"))
+    return found
+
+
 def document() -> dict[str, Any]:
     """A weave of a few dozen rods with a conflict and a clash."""
     found: dict[str, Any] = json.loads(encode(pipeline.weave(tube_lattice()), "a.json"))
@@ -95,9 +117,10 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
         yield from places(value[-1], (*path, len(value) - 1))
 
 
-def test_whatever_is_put_anywhere_is_read_or_refused() -> None:
+@pytest.mark.parametrize(("make", "least"), [(document, 300), (open_document, 100)])
+def test_whatever_is_put_anywhere_is_read_or_refused(make: Callable[[], dict[str, Any]], least: int) -> None:
     """The one list of all the wrong values, at every place in turn: no error but a `WeaveError`."""
-    whole = document()
+    whole = make()
     wrong = (None, "x", -1, 10**30, 0.5, [])
     refused = 0
     for path in places(whole):
@@ -117,7 +140,7 @@ def test_whatever_is_put_anywhere_is_read_or_refused() -> None:
             refused += is_refused(whole)
             holder.clear()
             holder.update(short)
-    assert refused > 300
+    assert refused > least
     decode_result(json.dumps(whole).encode())
 
 
@@ -155,6 +178,32 @@ def test_what_is_wrong_is_named(path: tuple[Any, ...], value: Any, kind: type[We
     holder[path[-1]] = value
     with pytest.raises(kind, match=where):
         decode_result(json.dumps(whole).encode())
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "kind", "where"),
+    [
+        (("surface", "origins", 0, "vertices", 0), 10**6, BadIndex, r"surface.origins\[0\].vertices"),
+        (("surface", "origins", 0, "vertices"), [3], Unreadable, "too few"),
+        (("surface", "origins", 0, "vertices"), [208, 209, 208], Unreadable, "pass a vertex twice"),
+        (("surface", "origins", 0, "vertices"), [208, 210], Unreadable, "leave the edges"),
+        (("surface", "origins", 0, "closed"), True, Unreadable, "leave the edges"),
+        (("surface", "origins", 0, "closed"), 1, Unreadable, "neither true nor false"),
+        (("surface", "origins"), {}, Unreadable, "no list"),
+        (("latitudes", "closed"), [True], Unreadable, "latitudes.closed"),
+        (("latitudes", "closed", 0), "no", Unreadable, "latitudes.closed"),
+    ],
+)
+def test_what_is_wrong_about_origins_is_named(
+    path: tuple[Any, ...], value: Any, kind: type[WeaveError], where: str
+) -> None:
+    whole = open_document()
+    holder: Any = whole
+    for key in path[:-1]:
+        holder = holder[key]
+    holder[path[-1]] = value
+    with pytest.raises(kind, match=where):
+        take_result(whole)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", "\xff", "[" * 100_000, '{"format":"weavecore","version":NaN}'])

@@ -3,6 +3,11 @@
 All that the stages know is there, so that `weavecore.reading.result_file` gives the same values back.
 Floats are written as the shortest text that reads back to the same bits; keys stand in a
 fixed order; there is no white space.  Indices count from 0.
+
+``latitudes.closed`` tells of each polyline whether it is closed; an open one begins and ends on a border edge from
+which no distance starts, or is an open origin.  ``surface.origins`` is there only where origins were chosen: the
+vertices of each in order, and whether it is closed; they are generation 0 of the latitudes.  Else that is the borders,
+and the cuts of a closed surface, which ``surface.cut`` has.
 """
 
 from __future__ import annotations
@@ -56,6 +61,9 @@ def _surface(surface: SurfaceMesh) -> dict[str, Any]:
     }
     if surface.cuts:
         entry["cut"] = [loop.tolist() for loop in surface.cuts]
+    if surface.starts is not None:
+        paths, closed = surface.starts.paths, surface.starts.closed.tolist()
+        entry["origins"] = [{"vertices": path.tolist(), "closed": c} for path, c in zip(paths, closed)]
     return entry
 
 
@@ -63,6 +71,7 @@ def _latitudes(latitudes: Latitudes) -> dict[str, Any]:
     return {
         "points": latitudes.polylines.points.tolist(),
         "offsets": latitudes.polylines.offsets.tolist(),
+        "closed": latitudes.polylines.closed.tolist(),
         "generation": latitudes.generation.tolist(),
         "distance": latitudes.distance.tolist(),
         "parents": latitudes.parents.tolist(),

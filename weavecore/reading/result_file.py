@@ -15,6 +15,7 @@ import numpy as np
 from weavecore.errors import Unreadable, Unsupported
 from weavecore.files import PathLike
 from weavecore.model import FAMILIES, Bands, Latitudes, Lattice, Polylines, SurfaceMesh, Weave
+from weavecore.reading.result_origins import take_origins
 from weavecore.reading.result_part import ResultPart, damaged_result
 from weavecore.reading.result_weave import take_weave
 
@@ -110,14 +111,16 @@ def _surface(document: ResultPart) -> SurfaceMesh:
     vertices = part.floats("vertices", (-1, 3))
     offsets, values = part.rows("cut", len(vertices)) if "cut" in part else (np.zeros(1, np.int64), None)
     cuts = () if values is None else tuple(np.split(values, offsets[1:-1]))
+    faces = part.indices("faces", (-1, 3), len(vertices))
     return SurfaceMesh(
         vertices,
-        part.indices("faces", (-1, 3), len(vertices)),
+        faces,
         unit=document.text("unit"),
         tolerance=document.number("tolerance", least=0.0),
         cuts=cuts,
         name=part.text("name"),
         mendings=tuple(part.texts("mendings")),
+        starts=take_origins(part, faces, len(vertices)) if "origins" in part else None,
     )
 
 
@@ -126,14 +129,16 @@ def _latitudes(document: ResultPart, surface: SurfaceMesh) -> Latitudes:
     points = part.floats("points", (-1, 3))
     offsets = part.offsets("offsets", len(points))
     n, m = len(offsets) - 1, len(points)
-    if (np.diff(offsets) < 3).any():
-        raise damaged_result("latitudes.offsets has a closed polyline of less than three points")
+    # Results from before polylines could be open do not say that they are closed.
+    closed = part.flags("closed", n) if "closed" in part else np.ones(n, bool)
+    if (np.diff(offsets) < np.where(closed, 3, 2)).any():
+        raise damaged_result("latitudes.offsets has a polyline of too few points: three if closed, else two")
     return Latitudes(
         surface=surface,
         polylines=Polylines(
             points,
             offsets,
-            np.ones(n, bool),
+            closed,
             part.indices("face", (m,), surface.n_faces),
             part.floats("barycentric", (m, 3)),
         ),
