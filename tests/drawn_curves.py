@@ -25,7 +25,10 @@ def draw(ground, *loops):
     is_vertex = np.r_[True, chord[1:] != chord[:-1]]
     owner = np.repeat(np.arange(len(loops)), np.diff(offsets))[chord]
     counts = np.bincount(owner, minlength=len(loops))
-    return Curves(offsets_of(counts), face, start, end, is_vertex, is_vertex & False, ground.points(face, start))
+    closed = np.ones(len(loops), bool)
+    return Curves(
+        offsets_of(counts), closed, face, start, end, is_vertex, is_vertex & False, ground.points(face, start)
+    )
 
 
 def place(ground, points):

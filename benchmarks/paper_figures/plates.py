@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.path import Path as Outline
@@ -198,16 +198,9 @@ class Plate:
 
     def _lay(self, rays: Rays, parents: Curves | None, *, freely: bool) -> Curves:
         rays = self._free(rays) if freely else rays
-        return lay_children(self._ground, rays, end_steps(self._ground, rays), None if freely else parents)
+        return lay_children(self._ground, rays, end_steps(self._ground, rays), None if freely else parents)[0]
 
     @staticmethod
     def _free(rays: Rays) -> Rays:
         """The same rays as far as walls let them: drawn are whole steps, not what an ancestor leaves of them."""
-        return Rays(
-            rays.offsets,
-            rays.walks,
-            rays.reach,
-            rays.start,
-            np.where(rays.walks.is_blocked, rays.walks.far, np.inf),
-            rays.step,
-        )
+        return replace(rays, stop=np.where(rays.walks.is_blocked, rays.walks.far, np.inf))

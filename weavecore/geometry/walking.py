@@ -32,8 +32,10 @@ class Walks:
         How far the walk had come at both ends.
     far : (n,) float64
         How far each walk came.
-    is_blocked : (n,) bool
-        Whether a wall was in the way.
+    wall : (n,) int64
+        The halfedge of the wall that was in the way, -1 where none was.
+    wall_ux, wall_uy : (n,) float64
+        Direction in which the walk came to that wall, in the frame of the halfedge.
     """
 
     offsets: Ints
@@ -43,10 +45,17 @@ class Walks:
     begin: Floats
     finish: Floats
     far: Floats
-    is_blocked: Bools
+    wall: Ints
+    wall_ux: Floats
+    wall_uy: Floats
 
     def __len__(self) -> int:
         return len(self.far)
+
+    @property
+    def is_blocked(self) -> Bools:
+        """(n,) whether a wall was in the way."""
+        return np.asarray(self.wall != NO_TWIN)
 
     def take(self, chosen: Bools) -> Walks:
         """Some of the walks."""
@@ -60,7 +69,9 @@ class Walks:
             self.begin[rows],
             self.finish[rows],
             self.far[chosen],
-            self.is_blocked[chosen],
+            self.wall[chosen],
+            self.wall_ux[chosen],
+            self.wall_uy[chosen],
         )
 
 
@@ -93,7 +104,8 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
     Polthier and Schmies 1998, *Straightest geodesics on polyhedral surfaces*.
     """
     at, x, y, dx, dy = halfedge.copy(), px.copy(), py.copy(), ux.copy(), uy.copy()
-    gone, blocked = np.zeros(len(at)), np.zeros(len(at), bool)
+    gone, wall = np.zeros(len(at)), np.full(len(at), NO_TWIN)
+    wall_ux, wall_uy = np.zeros(len(at)), np.zeros(len(at))
     active = np.arange(len(at))
     rows: list[_Row] = []
     for _ in range(_MOST_FACES):
@@ -110,22 +122,25 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
         )
         gone[active] += step
         rows.append((active, h // 3, start, end, begin, gone[active]))
+        stuck = ~ends & (frames.twin[edge] == NO_TWIN)
+        at_wall = active[stuck]
+        wall[at_wall], wall_ux[at_wall], wall_uy[at_wall] = edge[stuck], ex[stuck], ey[stuck]
         twin, tx, ex, ey = frames.across(edge, along, ex, ey)
-        blocked[active[~ends & (twin == NO_TWIN)]] = True
         onward = ~ends & (twin != NO_TWIN)
         active = active[onward]
         at[active], x[active], y[active] = twin[onward], tx[onward], 0.0
         dx[active], dy[active] = ex[onward], ey[onward]
-    return _gather(rows, gone, blocked)
+    offsets, face, start, end, begin, finish = _gather(rows, len(gone))
+    return Walks(offsets, face, start, end, begin, finish, gone, wall, wall_ux, wall_uy)
 
 
-def _gather(rows: list[_Row], gone: Floats, blocked: Bools) -> Walks:
+def _gather(rows: list[_Row], n_walks: int) -> tuple[Ints, Ints, Floats, Floats, Floats, Floats]:
     """Put the segments of each walk one behind the other."""
     walk, face = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
     start, end, begin, finish = (np.concatenate([row[k] for row in rows]) for k in (2, 3, 4, 5))
     order = np.argsort(walk, kind="stable")
-    offsets = offsets_of(np.bincount(walk, minlength=len(gone)))
-    return Walks(offsets, face[order], start[order], end[order], begin[order], finish[order], gone, blocked)
+    offsets = offsets_of(np.bincount(walk, minlength=n_walks))
+    return offsets, face[order], start[order], end[order], begin[order], finish[order]
 
 
 def _kept_inside(weights: Floats) -> Floats:

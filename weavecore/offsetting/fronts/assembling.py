@@ -65,7 +65,8 @@ def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[Curves]
     points[: len(vertex)] = surface.vertices[vertex]
     per_front = (np.bincount(fronts.owner[k], minlength=len(fronts)) for fronts, k in zip(generations, kept))
     counts = np.concatenate([[len(path) for path in origins.paths], *per_front])
-    return Polylines(points, offsets_of(counts), np.ones(len(counts), bool), faces, weights)
+    closed = np.concatenate([origins.closed, *(fronts.closed for fronts in generations)])
+    return Polylines(points, offsets_of(counts), closed, faces, weights)
 
 
 def _find_distinct(fronts: Curves) -> Bools:
@@ -77,16 +78,23 @@ def _find_distinct(fronts: Curves) -> Bools:
 
 
 def _marks(polylines: Polylines, n_origins: int, n_vertices: int) -> Marks:
-    """The fronts as curves to cut the mesh by: each point marks where it enters the face of its segment."""
+    """The fronts as curves to cut the mesh by: each point marks where it enters the face of its segment.
+
+    The ends of open ones split an edge of a selvedge, and at the last no segment begins.
+    """
     first = polylines.offsets[n_origins]
     offsets = polylines.offsets[n_origins:] - first
+    is_open = ~polylines.closed[n_origins:]
     face, weights = polylines.face[first:], polylines.barycentric[first:]
     after = next_in_loop(offsets)
     before = np.empty(len(after), np.int64)
     before[after] = np.arange(len(after))
     apex = weights.argmin(1)
     row = np.arange(len(face))
-    on_edge = (weights[row, apex] == 0.0) & (face != face[before])
+    goes_in = face != face[before]
+    last = offsets[1:][is_open] - 1
+    goes_in[offsets[:-1][is_open]] = goes_in[last] = True
+    on_edge = (weights[row, apex] == 0.0) & goes_in
     tail, head = (apex + 1) % 3, (apex + 2) % 3
     return Marks(
         after=after,
@@ -94,7 +102,7 @@ def _marks(polylines: Polylines, n_origins: int, n_vertices: int) -> Marks:
         vertex=n_vertices + row,
         halfedge=np.where(on_edge, 3 * face + tail, NONE),
         part=np.where(on_edge, weights[row, head], 0.0),
-        face=face,
+        face=np.where(np.isin(row, last), NONE, face),
     )
 
 
@@ -120,19 +128,24 @@ class _Pieces:
         name[used] = np.arange(len(used))
         self.count = len(used)
         self.left, self.right = name[cells.left_piece], name[cells.right_piece]
+        last = np.flatnonzero(marks.face == NONE)
         self.beside: Ints = name[cells.edge_piece]
         faces, self.vertex = part_vertices(surface)
         self.of_node = np.empty(len(self.vertex), np.int64)
         self.of_node[faces.ravel()] = self.beside
-        # Cut into open cells: fronts themselves are closed curves and count for nothing.
+        # Cut into open cells: closed fronts count for nothing, and open ones for 1 on either side.
         # An edge gives the part at the tail of one of its halfedges, and one more beyond each mark.
         one = np.flatnonzero(ground.twins < np.arange(len(ground.twins)))
         split = np.flatnonzero(marks.halfedge != NONE)
         forth = ground.twins[marks.halfedge[split]] < marks.halfedge[split]
-        beyond = np.where(forth, self.right[split], self.left[split])
+        # What lies right of a curve that comes in from an edge lies left of one that goes out by it.
+        right, left = self.right.copy(), self.left.copy()
+        right[last], left[last] = self.left[marks.before[last]], self.right[marks.before[last]]
+        beyond = np.where(forth, right[split], left[split])
         edges = self._tally(self.beside[one]) + self._tally(beyond)
         whole, parts = name[cells.face_piece[cells.face_piece != NONE]], name[cells.cell_piece]
-        self.euler: Ints = self._tally(self.of_node) - edges + self._tally(whole) + self._tally(parts)
+        sides = self._tally(self.left[marks.after[last]]) + self._tally(self.right[marks.after[last]])
+        self.euler: Ints = self._tally(self.of_node) - edges + self._tally(whole) + self._tally(parts) + sides
 
     def _tally(self, pieces: Ints) -> Ints:
         return np.bincount(pieces, minlength=self.count)

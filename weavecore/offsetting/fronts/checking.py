@@ -15,6 +15,7 @@ from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.judging import measure_nearness
 from weavecore.offsetting.fronts.meeting import curves_meet, meet_themselves
 from weavecore.offsetting.fronts.rays import Rays
+from weavecore.offsetting.opening import part_vertices
 
 NEAREST = 0.75
 """Spacings between parent and child at least; a chord over a fan of rays or a saddle is less than the spacing."""
@@ -41,6 +42,16 @@ def refuse_near(ground: Ground, rays: Rays, children: Curves) -> None:
         raise _too_sharp(children.face[vertex[near]])
 
 
+def refuse_loose_ends(ground: Ground, children: Curves) -> None:
+    """Raise `Degenerate` where an open child does not end on a selvedge."""
+    at = np.concatenate([children.offsets[:-1][~children.closed], children.offsets[1:][~children.closed] - 1])
+    apex = children.start[at].argmin(1)
+    on_edge = children.start[at, apex] == 0.0
+    loose = ~on_edge | ~ground.is_selvedge[3 * children.face[at] + (apex + 1) % 3]
+    if loose.any():
+        raise _too_sharp(children.face[at[loose]])
+
+
 def refuse_broken(latitudes: Latitudes) -> None:
     """Raise `Degenerate` where the bands do not make up the surface, a child has no parent or a part no ring."""
     surface, bands = latitudes.surface, latitudes.bands
@@ -51,7 +62,11 @@ def refuse_broken(latitudes: Latitudes) -> None:
     np.maximum.at(top, band, latitudes.distance[bands.polyline])
     has_child = np.bincount(band[~bands.is_parent], minlength=len(bands)) > 0
     too_deep = ~has_child & (bands.depth > top + DEEPEST * latitudes.spacing)
-    is_whole = int(bands.euler.sum()) == surface.euler_characteristic
+    # Cut along its origins and all fronts the surface has one more for each open front.
+    _, nodes = part_vertices(surface)
+    parted = len(nodes) - surface.n_edges - int(surface.is_cut.sum()) // 2 + surface.n_faces
+    n_open = int((~latitudes.polylines.closed[len(surface.origins) :]).sum())
+    is_whole = int(bands.euler.sum()) == parted + n_open
     if len(orphans) or (steps != 1).any() or too_deep.any() or not is_whole:
         lines = np.concatenate([orphans, bands.polyline[too_deep[band]]])
         raise _too_sharp(latitudes.polylines.face[latitudes.polylines.offsets[lines]])

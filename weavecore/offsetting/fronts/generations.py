@@ -7,7 +7,7 @@ from typing import Callable, Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Bools
-from weavecore.offsetting.fronts.checking import refuse_crossings, refuse_near
+from weavecore.offsetting.fronts.checking import refuse_crossings, refuse_loose_ends, refuse_near
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.judging import find_room, find_uncovered, stop_at
 from weavecore.offsetting.fronts.laying import lay_children
@@ -70,6 +70,7 @@ def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float
     """The children that have room before them (§4.5), and their own rays, as long as the spacing."""
     children = offset_once(ground, rays, parents)
     refuse_near(ground, rays, children)
+    refuse_loose_ends(ground, children)
     rays = cast_rays(ground, seed_curves(ground, children, step=spacing / STEPS_PER_SPACING), spacing=spacing)
     if len(children) == 0:
         return children, rays
@@ -83,7 +84,7 @@ def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float
 def offset_once(ground: Ground, rays: Rays, fronts: Curves | None) -> Curves:
     """The children of some fronts, regrouped until none crosses any (§4.3, §4.4), where no front has been."""
     ends = end_steps(ground, rays)
-    curves = lay_children(ground, rays, ends, fronts)
+    curves, _ = lay_children(ground, rays, ends, fronts)
     meetings = meet_themselves(ground, curves)
     for _ in range(_MOST_ROUNDS):
         regrouped = regroup(ground, curves, meetings)
@@ -109,9 +110,9 @@ def _are_deep(ground: Ground, fronts: Curves, *, spacing: float) -> Bools:
     rays = cast_rays(ground, seed_curves(ground, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
     rays = stop_at(ground, rays, fronts)
     ends = end_steps(ground, rays)
-    raw = lay_children(ground, rays, ends, fronts)
+    raw, front = lay_children(ground, rays, ends, fronts)
     regrouped = regroup(ground, raw, meet_themselves(ground, raw))
     is_left = find_uncovered(ground, rays, ends, raw, regrouped)
-    group = np.zeros(len(fronts), np.int64)
-    group[raw.owner[regrouped.segment]] = regrouped.group[regrouped.curves.owner]
+    group = np.full(len(fronts), -1)
+    group[front[raw.owner[regrouped.segment]]] = regrouped.group[regrouped.curves.owner]
     return np.isin(group, regrouped.group[is_left])

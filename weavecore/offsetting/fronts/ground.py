@@ -1,4 +1,4 @@
-"""`Ground`: the surface that fronts walk on, and `Curves`: closed curves drawn on it."""
+"""`Ground`: the surface that fronts walk on, and `Curves`: closed and open curves drawn on it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.unfolding import Unfolding
 from weavecore.model.surface import SurfaceMesh
+from weavecore.offsetting.seeds import Corners
 
 
 class Ground:
@@ -20,6 +21,8 @@ class Ground:
     ----------
     frames : Unfolding
         Borders and cuts are walls.
+    is_selvedge : (3F,) bool
+        Walls from which no distance starts.
     normals : (F, 3) float64
     scale : float
         The unit in units of the model.
@@ -31,9 +34,16 @@ class Ground:
         vertices = (surface.vertices - surface.vertices.mean(axis=0)) / self.scale
         self.twins: Ints = np.where(surface.is_cut, NO_TWIN, surface.twins)
         self.frames = Unfolding(vertices, surface.faces, self.twins)
+        self.is_selvedge: Bools = surface.is_selvedge
+        self.has_selvedges = bool(self.is_selvedge.any())
         self.normals = surface.face_normals
         self.vertices, self.faces = vertices, surface.faces
         self.area = float((self.frames.length * self.frames.apex_y)[0::3].sum() / 2)
+
+    @cached_property
+    def walls(self) -> Walls:
+        """How the walls hang together."""
+        return Walls(self.frames)
 
     def points(self, face: Ints, weights: Floats) -> Floats:
         """(n, 3) points with barycentric coordinates (n, 3) in faces."""
@@ -57,13 +67,46 @@ class Ground:
         return x / size, y / size
 
 
+class Walls:
+    """What comes before and after along each wall, and how much surface there is between; arrays (3F,).
+
+    Attributes
+    ----------
+    after, before : int64
+        The halfedge of a wall that begins where this one ends, and the one that ends where it begins.
+    angle : float64
+        Of the surface between this one and the one before.
+    """
+
+    def __init__(self, frames: Unfolding) -> None:
+        wall = np.flatnonzero(frames.twin == NO_TWIN)
+        corners = Corners(frames, wall)
+        self.before: Ints = np.full(len(frames.twin), NO_TWIN)
+        self.before[wall] = wall[corners.before]
+        self.after: Ints = np.full(len(frames.twin), NO_TWIN)
+        self.after[self.before[wall]] = wall
+        self.angle: Floats = np.zeros(len(frames.twin))
+        self.angle[wall] = corners.total
+
+
+def next_along(offsets: Ints, closed: Bools) -> Ints:
+    """For each value of a ragged array the index of the next one of its row; the last of an open row stays."""
+    after = next_in_loop(offsets)
+    last = offsets[1:][~closed & (np.diff(offsets) > 0)] - 1
+    after[last] = last
+    return after
+
+
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Closed curves on the ground: segments, each in one face, curve after curve.
+    """Curves on the ground: segments, each in one face, curve after curve.
+
+    The last segment of an open curve is a point, its end, and comes after itself.
 
     Parameters
     ----------
     offsets : (C+1,) int64
+    closed : (C,) bool
     face : (m,) int64
     start, end : (m, 3) float64
         Barycentric coordinates of both ends of each segment in its face.
@@ -77,6 +120,7 @@ class Curves:
     """
 
     offsets: Ints
+    closed: Bools
     face: Ints
     start: Floats
     end: Floats
@@ -95,7 +139,7 @@ class Curves:
     @cached_property
     def after(self) -> Ints:
         """(m,) the next segment of the same curve."""
-        return next_in_loop(self.offsets)
+        return next_along(self.offsets, self.closed)
 
     @cached_property
     def lengths(self) -> Floats:
@@ -103,12 +147,22 @@ class Curves:
         lengths: Floats = np.linalg.norm(self.points[self.after] - self.points, axis=1)
         return lengths
 
+    def locate(self, station: Floats, owner: Ints) -> tuple[Ints, Floats]:
+        """Segments (n,) of curves, and where on them in 0 to 1, at arc lengths counted along all curves."""
+        total = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        segment = np.searchsorted(total, station, side="right") - 1
+        segment = np.clip(segment, self.offsets[owner], self.offsets[owner + 1] - 1)
+        length = self.lengths[segment]
+        part = np.divide(station - total[segment], length, out=np.zeros(len(segment)), where=length > 0)
+        return segment, np.clip(part, 0.0, 1.0)
+
     def take(self, chosen: Bools) -> Curves:
         """Some of the curves."""
         kept = chosen[self.owner]
         counts = np.diff(self.offsets)[chosen]
         return Curves(
             np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            self.closed[chosen],
             self.face[kept],
             self.start[kept],
             self.end[kept],

@@ -14,6 +14,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.offsetting.fronts.aims import is_out
 from weavecore.offsetting.fronts.chords import measure_chords
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.meeting import Meetings, rays_meet
@@ -89,6 +91,7 @@ def measure_nearness(ground: Ground, rays: Rays, loops: Curves, vertex: Ints) ->
     begin = rays.walks.offsets[:-1][ray]
     start = rays.walks.face[begin], rays.walks.start[begin]
     length = measure_chords(ground, loops.face[from_], loops.start[from_], *start)
+    length = length + rays.lead[ray]
     return np.asarray(length.reshape(-1, n_near).min(1) / rays.step)
 
 
@@ -98,7 +101,7 @@ def _are_islands(ground: Ground, loops: Curves, step: float) -> Bools:
     arm = loops.points - (middle / np.maximum(np.diff(loops.offsets), 1)[:, None])[loops.owner]
     area = np.einsum("ij,ij->i", np.cross(arm, arm[loops.after]), ground.normals[loops.face]) / 2
     total, length = np.bincount(loops.owner, area, len(loops)), lengths_of(loops)
-    return np.asarray((length < _SHORT * step) & (total < -_ROUND * length**2))
+    return np.asarray(loops.closed & (length < _SHORT * step) & (total < -_ROUND * length**2))
 
 
 def _cross_edges(curves: Curves) -> Bools:
@@ -135,16 +138,17 @@ def _widths(rays: Rays, points: Floats) -> Floats:
     """Half the distance from the ray before to the ray after, at the given points."""
     gap = np.linalg.norm(points[rays.after] - points, axis=1)
     width = gap / 2
-    width[rays.after] += gap / 2
+    onward = rays.after != np.arange(len(rays))
+    width[rays.after[onward]] += gap[onward] / 2
     return np.asarray(width)
 
 
 def _travel(rays: Rays, meetings: Meetings) -> tuple[Ints, Floats]:
-    """The ray of each meeting, and how far it had come, in parts of its step."""
+    """The ray of each meeting, and how far from its front it had come, in parts of its step."""
     walks, row = rays.walks, meetings.first
     ray = rays.of_segment[row]
     far = walks.begin[row] + (walks.finish[row] - walks.begin[row]) * meetings.on_first
-    return ray, np.asarray(far / rays.reach[ray])
+    return ray, np.asarray((rays.lead[ray] + far) / (rays.lead[ray] + rays.reach[ray]))
 
 
 def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | None) -> tuple[Bools, Bools]:
@@ -167,7 +171,9 @@ def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | No
     has_none : (C,) bool
         Most rays come to an ancestor within the spacing: the grandchild would lie beyond it.
     """
-    room = rays.stop / rays.reach
+    room = (rays.lead + rays.stop) / (rays.lead + rays.reach)
+    # A selvedge is no ancestor: rays that come to one have no say.
+    has_say = ~rays.is_out & (rays.rim == NO_TWIN) & ~is_out(ground, rays.walks)
     if parents is not None:
         ray, far = _travel(rays, rays_meet(ground, rays, parents))
         np.minimum.at(room, ray, far)
@@ -178,9 +184,9 @@ def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | No
     ends = rays.owner[ray[near]], children.owner[meetings.second[near]]
     links = coo_matrix((np.ones(len(ends[0])), ends), shape=(n, n))
     _, group = connected_components(links, directed=False)
-    total = np.bincount(group[rays.owner], minlength=n)
-    free = np.bincount(group[rays.owner], np.isinf(room), minlength=n)
-    beyond = np.bincount(group[rays.owner], room < 1.0, minlength=n)
+    total = np.bincount(group[rays.owner], has_say, minlength=n)
+    free = np.bincount(group[rays.owner], has_say & np.isinf(room), minlength=n)
+    beyond = np.bincount(group[rays.owner], has_say & (room < 1.0), minlength=n)
     return (free > _MOST_ROOM * total)[group], (beyond > _MOST_BEYOND * total)[group]
 
 
@@ -189,4 +195,4 @@ def stop_at(ground: Ground, rays: Rays, fronts: Curves) -> Rays:
     meetings = rays_meet(ground, rays, fronts)
     ray, far = _travel(rays, meetings)
     away = far > _OFF_THE_START
-    return rays.stopped(ray[away], (far * rays.reach[ray])[away])
+    return rays.stopped(ray[away], (far * (rays.lead + rays.reach)[ray] - rays.lead[ray])[away])

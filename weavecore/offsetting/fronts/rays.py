@@ -11,9 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.walking import Walks, place_along, walk_far
-from weavecore.offsetting.fronts.ground import Ground
+from weavecore.offsetting.fronts.aims import AT_RIM, FREE, OUT, is_out
+from weavecore.offsetting.fronts.ground import Ground, next_along
+from weavecore.offsetting.fronts.rims import part_at_selvedges
 from weavecore.offsetting.fronts.seeds import Seeds
 from weavecore.tolerances import LEAST_CAP
 
@@ -33,23 +36,33 @@ class Rays:
     ----------
     offsets : (C+1,) int64
         Rays of each front.
+    closed : (C,) bool
+        Which fronts are closed.
     walks : Walks
         Of all rays, each `BEYOND` times as long as its step unless a wall is in the way.
-    reach : (n,) float64
-        The step of each ray.
+    lead, reach : (n,) float64
+        The step of each ray: how far it is from the front to where the ray starts, and from there on.
     start : (n, 3) float64
         Where the ray starts.
     stop : (n,) float64
-        How far it is to what stops the ray: a wall, or another front; infinite where nothing does.
+        How far it is to what stops the ray: a wall, or another front; infinite where nothing does or a selvedge does.
+    is_out : (n,) bool
+        Whether a selvedge is in the way, before the step has ended: no child goes there.
+    rim : (n,) int64
+        The halfedge of the selvedge on which the step ends, and an open child with it; -1 elsewhere.
     step : float
         The distance by which the fronts are offset.
     """
 
     offsets: Ints
+    closed: Bools
     walks: Walks
+    lead: Floats
     reach: Floats
     start: Floats
     stop: Floats
+    is_out: Bools
+    rim: Ints
     step: float
 
     def __len__(self) -> int:
@@ -63,7 +76,7 @@ class Rays:
     @cached_property
     def after(self) -> Ints:
         """(n,) the next ray of the same front."""
-        return next_in_loop(self.offsets)
+        return next_along(self.offsets, self.closed)
 
     @cached_property
     def of_segment(self) -> Ints:
@@ -76,10 +89,14 @@ class Rays:
         walks = self.walks.take(kept)
         return Rays(
             offsets_of(np.diff(self.offsets)[chosen]),
+            self.closed[chosen],
             walks,
+            self.lead[kept],
             self.reach[kept],
             self.start[kept],
             self.stop[kept],
+            self.is_out[kept],
+            self.rim[kept],
             self.step,
         )
 
@@ -116,9 +133,36 @@ def cast_rays(ground: Ground, seeds: Seeds, *, spacing: float) -> Rays:
     trifle = _JITTER * ((np.arange(n) * _GOLDEN) % 1.0 - 0.5)
     reach = spacing * seeds.stretch * (1.0 + trifle)
     walks = walk_far(ground.frames, seeds.halfedge, seeds.px, seeds.py, seeds.ux, seeds.uy, BEYOND * reach)
+    if ground.has_selvedges:
+        return _cast_at_selvedges(ground, seeds, walks, reach, spacing)
+    stop, none = np.where(walks.is_blocked, walks.far, np.inf), np.full(n, NO_TWIN)
+    start = _starts(ground, walks)
+    closed = seeds.fronts.closed
+    return Rays(seeds.offsets, closed, walks, np.zeros(n), reach, start, stop, none != NO_TWIN, none, spacing)
+
+
+def _starts(ground: Ground, walks: Walks) -> Floats:
     first = walks.offsets[:-1]
-    start = ground.points(walks.face[first], walks.start[first])
-    return Rays(seeds.offsets, walks, reach, start, np.where(walks.is_blocked, walks.far, np.inf), spacing)
+    return ground.points(walks.face[first], walks.start[first])
+
+
+def _cast_at_selvedges(ground: Ground, seeds: Seeds, walks: Walks, reach: Floats, spacing: float) -> Rays:
+    ahead = (BEYOND - 1.0) * spacing
+    aims, walks = part_at_selvedges(ground, seeds, walks, reach, step=spacing, ahead=ahead)
+    stopped = (aims.state == FREE) & walks.is_blocked & ~is_out(ground, walks)
+    stopped |= (aims.state == AT_RIM) & (aims.rim == NO_TWIN)
+    return Rays(
+        offsets_of(np.bincount(aims.front, minlength=len(seeds.fronts))),
+        seeds.fronts.closed,
+        walks,
+        aims.lead,
+        aims.reach,
+        _starts(ground, walks),
+        np.where(stopped, walks.far, np.inf),
+        aims.state == OUT,
+        aims.rim,
+        spacing,
+    )
 
 
 def end_steps(ground: Ground, rays: Rays) -> Ends:
@@ -129,4 +173,13 @@ def end_steps(ground: Ground, rays: Rays) -> Ends:
     """
     end = np.minimum(rays.reach, _BEFORE_A_STOP * rays.stop)
     face, weights = place_along(rays.walks, end)
+    at = np.flatnonzero((rays.rim != NO_TWIN) & (end == rays.reach))
+    face[at], weights[at] = rays.rim[at] // 3, _on_rim(weights[at], rays.rim[at])
     return Ends(face, weights, ground.points(face, weights), end)
+
+
+def _on_rim(weights: Floats, rim: Ints) -> Floats:
+    """Barycentric coordinates moved onto the edge of the selvedge that they lie beside."""
+    kept = weights.copy()
+    kept[np.arange(len(rim)), (rim + 2) % 3] = 0.0
+    return np.asarray(kept / kept.sum(1, keepdims=True))

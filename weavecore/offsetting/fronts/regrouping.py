@@ -20,7 +20,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.cycles import order_cycles
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.meeting import Meetings
@@ -78,7 +78,9 @@ def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
     after = np.arange(1, len(segment) + 1)
     ends_at_node = np.ones(len(segment), bool)
     ends_at_node[begins - 1] = False
-    after[ends_at_node] = offsets[raw.after[segment[ends_at_node]]]
+    after[ends_at_node] = offsets[next_in_loop(raw.offsets)[segment[ends_at_node]]]
+    is_end = np.zeros(len(segment), bool)
+    is_end[offsets[raw.offsets[1:][~raw.closed] - 1]] = True
     last = np.ones(len(segment))
     last[begins - 1] = cut_place
     partner = np.arange(2 * k) ^ 1
@@ -89,12 +91,13 @@ def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
     end = raw.end[segment].copy()
     end[begins - 1] = start[begins]
 
-    loop_order, loop_offsets = order_cycles(after)
+    loop_order, loop_offsets, closed = _order_loops(after, is_end)
     loop = np.empty(len(segment), np.int64)
     loop[loop_order] = rows_of(loop_offsets)
     group, height = _heights(loop, begins, meetings, len(loop_offsets) - 1)
     curves = Curves(
         loop_offsets,
+        closed,
         raw.face[segment][loop_order],
         start[loop_order],
         end[loop_order],
@@ -103,6 +106,23 @@ def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
         ground.points(raw.face[segment], start)[loop_order],
     )
     return Regrouped(curves, group, height, segment[loop_order], first[loop_order], last[loop_order])
+
+
+def _order_loops(after: Ints, is_end: Bools) -> tuple[Ints, Ints, Bools]:
+    """Pieces in order, the offsets of the loops, and which are closed: behind an end begins an open one."""
+    order, offsets = order_cycles(after)
+    if not is_end.any():
+        return order, offsets, np.ones(len(offsets) - 1, bool)
+    cycle, row = rows_of(offsets), np.arange(len(order))
+    first = offsets[:-1].copy()
+    ends = np.flatnonzero(is_end[order])
+    first[cycle[ends]] = ends + 1
+    turned = np.lexsort(((row - first[cycle]) % np.diff(offsets)[cycle], cycle))
+    order = order[turned]
+    heads = np.unique(np.concatenate([offsets[:-1], np.flatnonzero(is_end[order]) + 1]))
+    offsets = heads[heads < len(order)]
+    offsets = np.append(offsets, len(order)).astype(np.int64)
+    return order, offsets, ~is_end[order[offsets[1:] - 1]]
 
 
 def _heights(loop: Ints, begins: Ints, meetings: Meetings, n_loops: int) -> tuple[Ints, Ints]:

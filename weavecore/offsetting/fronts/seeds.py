@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.cycles import order_cycles
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.geometry.walking import on_halfedge
+from weavecore.offsetting.fronts.ground import Curves, Ground, next_along
 from weavecore.offsetting.fronts.unfolding import FEWEST, SHARPEST_FAN, find_turns
-from weavecore.offsetting.seeds import Corners, find_sector
+from weavecore.offsetting.seeds import find_sector
 
 SMOOTH = 0.2
 """Radians: a turn to the right by more has a fan; one to the left has no child, for those of its neighbours cross."""
@@ -35,6 +36,8 @@ class Seeds:
 
     Parameters
     ----------
+    fronts : Curves
+        The polylines.
     offsets : (C+1,) int64
     halfedge : (n,) int64
     px, py, ux, uy : (n,) float64
@@ -42,8 +45,17 @@ class Seeds:
     stretch : (n,) float64
         How much longer than the spacing the step is: where a front turns left, so that the
         distance from both its sides is right.
+    station : (n,) float64
+        Arc length along all polylines, one after the other, up to the seed.
+    pivot : (n,) int64
+        The halfedge of a wall on which the seed lies, if it lies at its tail or at the end of an open polyline;
+        else -1.
+    place, angle : (n,) float64
+        Where on the pivot, and the direction counter-clockwise from it.  At the end of an open polyline this may
+        lead out of the surface.
     """
 
+    fronts: Curves
     offsets: Ints
     halfedge: Ints
     px: Floats
@@ -51,6 +63,10 @@ class Seeds:
     ux: Floats
     uy: Floats
     stretch: Floats
+    station: Floats
+    pivot: Ints
+    place: Floats
+    angle: Floats
 
     @property
     def owner(self) -> Ints:
@@ -58,19 +74,61 @@ class Seeds:
         return rows_of(self.offsets)
 
 
+def aim(ground: Ground, pivot: Ints, place: Floats, angle: Floats) -> tuple[Ints, Floats, Floats, Floats]:
+    """Halfedge, place on it and unit direction in its frame, of rays from places on walls."""
+    halfedge, left = pivot.copy(), angle.copy()
+    corner = np.flatnonzero(place == 0.0)
+    halfedge[corner], left[corner] = find_sector(ground.frames, pivot[corner], angle[corner])
+    px = np.where(place == 0.0, _OFF_THE_CORNER * ground.frames.length[halfedge], place)
+    return halfedge, px, np.cos(left), np.sin(left)
+
+
+def _chain_origins(ground: Ground) -> tuple[Ints, Ints, Bools]:
+    """Halfedges of the walls from which distances start, chain after chain; offsets; and which chains are closed."""
+    wall = np.flatnonzero(ground.frames.twin == NO_TWIN)
+    number = np.full(len(ground.frames.twin), NO_TWIN)
+    number[wall] = np.arange(len(wall))
+    order, offsets = order_cycles(number[ground.walls.after[wall]])
+    halfedge, cycle = wall[order], rows_of(offsets)
+    if not ground.has_selvedges:
+        return halfedge, offsets, np.ones(len(offsets) - 1, bool)
+    begins = ~ground.is_selvedge[halfedge] & ground.is_selvedge[ground.walls.before[halfedge]]
+    row = np.arange(len(halfedge))
+    first = offsets[:-1].copy()
+    first[cycle[begins][::-1]] = row[begins][::-1]
+    turned = np.lexsort(((row - first[cycle]) % np.diff(offsets)[cycle], cycle))
+    halfedge, begins = halfedge[turned], begins[turned]
+    heads = begins.copy()
+    heads[offsets[:-1]] = True
+    kept = ~ground.is_selvedge[halfedge]
+    halfedge, heads, begins = halfedge[kept], heads[kept], begins[kept]
+    starts = np.flatnonzero(heads)
+    return halfedge, np.append(starts, len(halfedge)).astype(np.int64), ~begins[starts]
+
+
+def _origin_fronts(ground: Ground, halfedge: Ints, offsets: Ints, closed: Bools) -> Curves:
+    """The chains as curves."""
+    at = offsets[1:][~closed]
+    zero, one = np.zeros(len(halfedge)), np.ones(len(halfedge))
+    start = np.insert(on_halfedge(halfedge, zero), at, on_halfedge(halfedge, one)[at - 1], axis=0)
+    end = np.insert(on_halfedge(halfedge, one), at, on_halfedge(halfedge, one)[at - 1], axis=0)
+    face = np.insert(halfedge, at, halfedge[at - 1]) // 3
+    is_vertex = np.ones(len(face), bool)
+    offsets = offsets_of(np.diff(offsets) + ~closed)
+    return Curves(offsets, closed, face, start, end, is_vertex, ~is_vertex, ground.points(face, start))
+
+
 def seed_walls(ground: Ground, *, step: float) -> Seeds:
-    """Seeds along the borders and both sides of the cuts, at most ``step`` apart."""
+    """Seeds along the origins, on both sides of the cuts, at most ``step`` apart."""
     frames = ground.frames
-    wall = np.flatnonzero(frames.twin == NO_TWIN)
-    corners = Corners(frames, wall)
-    after = np.empty(len(wall), np.int64)
-    after[corners.before] = np.arange(len(wall))
-    order, offsets = order_cycles(after)
-    halfedge, total = wall[order], corners.total[order]
+    halfedge, offsets, closed = _chain_origins(ground)
+    total = ground.walls.angle[halfedge]
+    is_head = np.zeros(len(halfedge), bool)
+    is_head[offsets[:-1][~closed]] = True
     turn = np.pi - total
     length = frames.length[halfedge]
     n_edge = np.ceil(length / step * 0.999).astype(np.int64) - 1
-    n_corner = _rays_at(turn)
+    n_corner = np.where(is_head, 1, _rays_at(turn))
     n_edge[n_corner == 0] = np.maximum(n_edge, 1)[n_corner == 0]
     counts = n_corner + n_edge
     row = rows_of(offsets_of(counts))
@@ -78,16 +136,28 @@ def seed_walls(ground: Ground, *, step: float) -> Seeds:
     at_corner = rank < n_corner[row]
     angle = np.full(len(row), np.pi / 2)
     fan = np.divide(rank, n_corner[row] - 1, out=np.full(len(row), 0.5), where=n_corner[row] > 1)
-    angle[at_corner] = (total[row] - np.pi / 2 - (total[row] - np.pi) * fan)[at_corner]
+    fanned = at_corner & ~is_head[row]
+    angle[fanned] = (total[row] - np.pi / 2 - (total[row] - np.pi) * fan)[fanned]
     along = (rank - n_corner[row] + 1) / (n_edge[row] + 1) * length[row]
-    h, px, ux, uy = halfedge[row], along, np.cos(angle), np.sin(angle)
-    c = np.flatnonzero(at_corner)
-    h[c], left = find_sector(frames, h[c], angle[c])
-    px[c], ux[c], uy[c] = _OFF_THE_CORNER * frames.length[h[c]], np.cos(left), np.sin(left)
+    along[at_corner] = 0.0
+    fronts = _origin_fronts(ground, halfedge, offsets, closed)
+    travelled = np.cumsum(fronts.lengths) - fronts.lengths
     curve = rows_of(offsets)[row]
-    per_curve = offsets_of(np.bincount(curve, minlength=len(offsets) - 1))
-    stretch = np.where(at_corner, _stretch(turn[row]), 1.0)
-    return Seeds(per_curve, h, px, np.zeros(len(h)), ux, uy, stretch)
+    station = travelled[row + offsets_of(~closed)[curve]] + along
+    pivot = np.where(at_corner, halfedge[row], NO_TWIN)
+    stretch = np.where(fanned, _stretch(turn[row]), 1.0)
+    # One more at the end of each open chain, where the selvedge begins.
+    per_curve = np.bincount(curve, minlength=len(offsets) - 1)
+    at, last = offsets_of(per_curve)[1:][~closed], ground.walls.after[halfedge[offsets[1:][~closed] - 1]]
+    h = np.insert(halfedge[row], at, last)
+    along, angle = np.insert(along, at, 0.0), np.insert(angle, at, ground.walls.angle[last] - np.pi / 2)
+    pivot, stretch = np.insert(pivot, at, last), np.insert(stretch, at, 1.0)
+    station = np.insert(station, at, travelled[fronts.offsets[1:][~closed] - 1])
+    ux, uy, px = np.cos(angle), np.sin(angle), along.copy()
+    c = np.flatnonzero(pivot != NO_TWIN)
+    h[c], px[c], ux[c], uy[c] = aim(ground, pivot[c], along[c], angle[c])
+    per_curve = offsets_of(per_curve + ~closed)
+    return Seeds(fronts, per_curve, h, px, np.zeros(len(h)), ux, uy, stretch, station, pivot, along, angle)
 
 
 def _rays_at(turn: Floats) -> Ints:
@@ -104,40 +174,55 @@ def _stretch(turn: Floats) -> Floats:
 def _thinned(total: Floats, curves: Curves, vertex: Ints, least: Floats) -> Ints:
     """The vertices without those that crowd: of each run of short gaps every other one goes, until none is short.
 
-    Those beside a corner go before it does.
+    Those beside a corner go before it does; the ends of open ones stay.
     """
     offsets = offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves)))
     near = _gaps(total, curves, vertex, offsets) < least[curves.owner[vertex]]
-    after, is_corner = next_in_loop(offsets), curves.is_corner[vertex]
+    after, is_corner = next_along(offsets, curves.closed), curves.is_corner[vertex]
+    near &= after != np.arange(len(after))
     beside = near & is_corner[after]
     beside[after[near & is_corner]] = True
-    vertex = vertex[~beside | is_corner]
+    is_end = _are_ends(offsets, curves.closed)
+    vertex = vertex[~beside | is_corner | is_end]
     while True:
         offsets = offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves)))
         gap = _gaps(total, curves, vertex, offsets)
         before = np.empty(len(vertex))
         before[next_in_loop(offsets)] = gap
+        is_end = _are_ends(offsets, curves.closed)
+        filled = np.diff(offsets) > 0
+        first, last = offsets[:-1][filled], offsets[1:][filled] - 1
+        before[first[is_end[first]]] = np.inf
         short = (before < least[curves.owner[vertex]]) & (np.diff(offsets)[curves.owner[vertex]] > FEWEST)
         row = np.arange(len(vertex))
         # The first of a curve begins a run whatever lies before it.
         is_head = ~short
-        is_head[offsets[:-1][np.diff(offsets) > 0]] = True
+        is_head[first] = True
         run = row - np.maximum.accumulate(np.where(is_head, row, 0))
         goes = short & (run % 2 == 1)
-        last = offsets[1:][np.diff(offsets) > 0] - 1
-        first = offsets[:-1][np.diff(offsets) > 0]
         goes[last] |= short[first] & ~goes[last - 1]
+        stuck = last[goes[last] & is_end[last]]
+        goes[stuck], goes[stuck - 1] = False, True
         if not goes.any():
             return vertex
         vertex = vertex[~goes]
 
 
+def _are_ends(offsets: Ints, closed: Bools) -> Bools:
+    """(n,) which values of a ragged array are the first or the last of an open row."""
+    is_end = np.zeros(offsets[-1], bool)
+    is_open = ~closed & (np.diff(offsets) > 0)
+    is_end[offsets[:-1][is_open]] = is_end[offsets[1:][is_open] - 1] = True
+    return is_end
+
+
 def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
     """Seeds along fronts: at their vertices where these are neither crowded nor far apart (§4.2)."""
-    segment, part, offsets = _resample(curves, step)
+    segment, part, station, offsets = _resample(curves, step)
     face = curves.face[segment]
     weights = curves.start[segment] * (1 - part)[:, None] + curves.end[segment] * part[:, None]
-    turn, heading = find_turns(ground, face, ground.points(face, weights), offsets)
+    turn, heading = find_turns(ground, face, ground.points(face, weights), offsets, curves.closed)
+    _bend_ends(turn, heading, offsets, curves.closed)
     count = np.where(turn < -SHARPEST_FAN, 0, _rays_at(turn))
     row = rows_of(offsets_of(count))
     rank = np.arange(len(row)) - offsets_of(count)[row]
@@ -145,7 +230,9 @@ def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
     angle = heading[row] + turn[row] * share + np.pi / 2
     xy = ground.flat(face, weights)[row]
     curve = rows_of(offsets)[row]
+    pivot, place, off = _pivots(ground, face[row], weights[row], angle, _are_ends(offsets, curves.closed)[row])
     return Seeds(
+        curves,
         offsets_of(np.bincount(curve, minlength=len(curves))),
         3 * face[row],
         xy[:, 0],
@@ -153,11 +240,38 @@ def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
         np.cos(angle),
         np.sin(angle),
         _stretch(turn[row]),
+        station[row],
+        pivot,
+        place,
+        off,
     )
 
 
-def _resample(curves: Curves, step: float) -> tuple[Ints, Floats, Ints]:
-    """Segments (n,), places on them (n,) in 0 to 1, and offsets (C+1,) of the resampled polylines."""
+def _bend_ends(turn: Floats, heading: Floats, offsets: Ints, closed: Bools) -> None:
+    """Let open fronts bend on at their ends by half of what they turn at the vertex beside."""
+    rows = ~closed & (np.diff(offsets) > 2)
+    for end, beside, sign in ((offsets[:-1][rows], 1, -0.5), (offsets[1:][rows] - 1, -1, 0.5)):
+        bend = turn[end + beside]
+        heading[end] += np.where(np.abs(bend) < SMOOTH, sign * bend, 0.0)
+
+
+def _pivots(ground: Ground, face: Ints, weights: Floats, angle: Floats, is_end: Bools) -> tuple[Ints, Floats, Floats]:
+    """For ends of open fronts the halfedge of the selvedge on which they lie, where on it, and the angle from it."""
+    apex = weights.argmin(1)
+    halfedge = 3 * face + (apex + 1) % 3
+    part = weights[np.arange(len(face)), (apex + 2) % 3]
+    axis = np.zeros(len(face))
+    base, k = 3 * face, halfedge % 3
+    frames = ground.frames
+    axis[k == 1] = np.arctan2(frames.next_y[base], frames.next_x[base])[k == 1]
+    axis[k == 2] = np.arctan2(frames.previous_y[base], frames.previous_x[base])[k == 2]
+    off = (angle - axis + np.pi) % (2 * np.pi) - np.pi
+    pivot = np.where(is_end, halfedge, NO_TWIN)
+    return pivot, np.where(is_end, part * frames.length[halfedge], 0.0), off
+
+
+def _resample(curves: Curves, step: float) -> tuple[Ints, Floats, Floats, Ints]:
+    """Segments (n,), places on them (n,) in 0 to 1, stations (n,), and offsets (C+1,) of the resampled polylines."""
     vertex = np.flatnonzero(curves.is_vertex)
     total = np.concatenate([[0.0], np.cumsum(curves.lengths)])
     around = total[curves.offsets[1:]] - total[curves.offsets[:-1]]
@@ -168,26 +282,27 @@ def _resample(curves: Curves, step: float) -> tuple[Ints, Floats, Ints]:
     parts = gaps / wanted[curves.owner[kept]]
     n_parts = np.where(parts > _SPARSE, np.ceil(parts), 1).astype(np.int64)
     # Corners may have no child, but what lies between two of them has one.
-    n_parts[curves.is_corner[kept] & curves.is_corner[kept[next_in_loop(offsets)]] & (n_parts == 1)] = 2
+    after = next_along(offsets, curves.closed)
+    between = curves.is_corner[kept] & curves.is_corner[kept[after]] & (after != np.arange(len(kept)))
+    n_parts[between & (n_parts == 1)] = 2
     offsets = offsets_of(n_parts)
     row = rows_of(offsets)
     rank = np.arange(len(row)) - offsets[row]
     owner = curves.owner[kept[row]]
     station = total[kept[row]] + gaps[row] * rank / n_parts[row]
-    station = np.where(station >= total[curves.offsets[owner + 1]], station - around[owner], station)
-    segment = np.searchsorted(total, station, side="right") - 1
+    beyond = curves.closed[owner] & (station >= total[curves.offsets[owner + 1]])
+    station = np.where(beyond, station - around[owner], station)
+    segment, part = curves.locate(station, owner)
     segment[rank == 0] = kept[row[rank == 0]]
-    segment = np.clip(segment, curves.offsets[owner], curves.offsets[owner + 1] - 1)
-    length = curves.lengths[segment]
-    part = np.divide(station - total[segment], length, out=np.zeros(len(row)), where=length > 0)
-    part = np.where(rank == 0, 0.0, np.clip(part, 0.0, 1.0))
-    return segment, part, offsets_of(np.bincount(owner, minlength=len(curves)))
+    part = np.where(rank == 0, 0.0, part)
+    return segment, part, station, offsets_of(np.bincount(owner, minlength=len(curves)))
 
 
 def _gaps(total: Floats, curves: Curves, vertex: Ints, offsets: Ints) -> Floats:
-    """Arc length from each vertex to the next of the same curve."""
-    after = vertex[next_in_loop(offsets)]
+    """Arc length from each vertex to the next of the same curve, none after the last of an open one."""
+    after = vertex[next_along(offsets, curves.closed)]
     around = total[curves.offsets[1:]] - total[curves.offsets[:-1]]
     gap = total[after] - total[vertex]
-    gaps: Floats = np.where(after <= vertex, gap + around[curves.owner[vertex]], gap)
+    owner = curves.owner[vertex]
+    gaps: Floats = np.where((after <= vertex) & curves.closed[owner], gap + around[owner], gap)
     return gaps

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.offsetting.fronts.chords import lay_chords
-from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.fronts.ground import Curves, Ground, next_along
 
 SHARPEST_FAN = 1.0
 """Radians: a child that turns to the right by more has folded."""
@@ -21,16 +21,20 @@ FEWEST = 4
 _MOST_ROUNDS = 5
 
 
-def find_turns(ground: Ground, face: Ints, points: Floats, offsets: Ints) -> tuple[Floats, Floats]:
-    """How much closed polylines turn to the left at each point, and in which direction they come to it.
+def find_turns(ground: Ground, face: Ints, points: Floats, offsets: Ints, closed: Bools) -> tuple[Floats, Floats]:
+    """How much polylines turn to the left at each point, and in which direction they come to it.
 
-    Both as angles in the frames of the first halfedges of the faces.
+    Both as angles in the frames of the first halfedges of the faces.  Open ones go on straight at their ends.
     """
-    after = next_in_loop(offsets)
-    before = np.empty(len(after), np.int64)
-    before[after] = np.arange(len(after))
+    after = next_along(offsets, closed)
+    before = np.arange(len(after))
+    onward = after != before
+    before[after[onward]] = np.flatnonzero(onward)
     ax, ay = ground.aimed(face, points - points[before])
     bx, by = ground.aimed(face, points[after] - points)
+    first, last = before == np.arange(len(after)), ~onward
+    ax[first], ay[first] = bx[first], by[first]
+    bx[last], by[last] = ax[last], ay[last]
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by), np.arctan2(ay, ax)
 
 
@@ -40,7 +44,7 @@ def unfold(ground: Ground, curves: Curves) -> Curves:
     kept = vertex
     for _ in range(_MOST_ROUNDS):
         counts = np.bincount(curves.owner[kept], minlength=len(curves))
-        turn, _ = find_turns(ground, curves.face[kept], curves.points[kept], offsets_of(counts))
+        turn, _ = find_turns(ground, curves.face[kept], curves.points[kept], offsets_of(counts), curves.closed)
         folds = (turn < -SHARPEST_FAN) & (counts[curves.owner[kept]] > FEWEST)
         if not folds.any():
             break
@@ -69,12 +73,14 @@ def _joined(ground: Ground, curves: Curves, vertex: Ints, kept: Ints) -> Curves:
     is_vertex[1:] = row[1:] != row[:-1]
     counts = np.bincount(curves.owner[kept[row]], minlength=len(curves))
     is_corner = is_vertex & curves.is_corner[kept[row]]
-    return Curves(offsets_of(counts), face, start, end, is_vertex, is_corner, ground.points(face, start))
+    return Curves(offsets_of(counts), curves.closed, face, start, end, is_vertex, is_corner, ground.points(face, start))
 
 
 def _next(curves: Curves, vertex: Ints) -> Ints:
     """For each of these vertices the next one of the same curve."""
-    following: Ints = vertex[next_in_loop(offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves))))]
+    following: Ints = vertex[
+        next_along(offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves))), curves.closed)
+    ]
     return following
 
 

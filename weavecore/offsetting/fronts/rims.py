@@ -1,0 +1,282 @@
+"""Where the rays of a front part at a selvedge: the ends of open children.
+
+Of two neighbours one arrives and a selvedge is in the way of the other.  The ray between them that just arrives is
+found by halving.  Either it ends on the selvedge itself, and so does the child; or it passes a corner of the
+selvedge, behind which the front opens: rays leave that corner to all sides up to the selvedge, and one creeps on
+along it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from weavecore.errors import Degenerate
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.geometry.walking import Walks, walk_far
+from weavecore.offsetting.fronts.aims import AT_RIM, FREE, OUT, Aims, between, is_out, strung, walks_along
+from weavecore.offsetting.fronts.creeping import STRAIGHT, Crept, creep, fan
+from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.fronts.seeds import Seeds, aim
+
+_LEAST_FAN = 0.02
+"""Radians between the last ray of an open front and the selvedge that are left without a fan."""
+
+_HALVINGS = 44
+_MOST_ROUNDS = 12
+_ARRIVED = 1e-3
+"""Parts of the step: a ray that a selvedge stops so shortly before its end arrives there."""
+
+_AT_THE_VERTEX = 0.02
+_LEAST_WEDGE = 1e-6
+_AHEAD = 0.5
+"""Parts of the step that a child is prolonged by at most to come to a selvedge."""
+
+
+def part_at_selvedges(
+    ground: Ground, seeds: Seeds, walks: Walks, reach: Floats, *, step: float, ahead: float
+) -> tuple[Aims, Walks]:
+    """All rays of fronts on a surface with selvedges, in order: those of the seeds, and what selvedges ask for.
+
+    Rays are walked so much further ``ahead`` than their steps.
+    """
+    rims = _Rims(ground, seeds.fronts, walks, step, ahead)
+    rims.aims = _first_aims(ground, seeds, walks, reach)
+    rims.open_ends()
+    for _ in range(_MOST_ROUNDS):
+        if not rims.settle():
+            break
+    else:
+        raise Degenerate(
+            "Behind the corners of the other borders the polylines cannot be offset step by step",
+            remedy='Take the method "levels", or another spacing.',
+            ids=np.unique(seeds.halfedge // 3)[:1].tolist(),
+            kind="face",
+        )
+    return replace(rims.aims, walk=np.arange(len(rims.aims))), strung(rims.walks, rims.aims.walk)
+
+
+def _first_aims(ground: Ground, seeds: Seeds, walks: Walks, reach: Floats) -> Aims:
+    n = len(seeds.halfedge)
+    return Aims(
+        seeds.owner,
+        seeds.station,
+        seeds.pivot,
+        seeds.place,
+        seeds.angle,
+        ground.frames.directions(seeds.halfedge, seeds.ux, seeds.uy),
+        np.zeros(n),
+        reach,
+        np.where(is_out(ground, walks) & (walks.far < reach), OUT, FREE),
+        np.full(n, NO_TWIN),
+        np.arange(n),
+    )
+
+
+class _Rims:
+    """The rays so far, and what is put between them."""
+
+    def __init__(self, ground: Ground, fronts: Curves, walks: Walks, step: float, ahead: float) -> None:
+        self.ground, self.fronts, self.step, self.ahead = ground, fronts, step, ahead
+        self.aims: Aims
+        self.walks = [walks]
+        self._n_walks = len(walks)
+        self._added: list[Aims] = []
+        self._places: list[Floats] = []
+
+    def open_ends(self) -> None:
+        """What goes on from the ends of open fronts: the wedge between the front's direction and the selvedge."""
+        aims = self.aims
+        offsets = offsets_of(np.bincount(aims.front, minlength=len(self.fronts)))
+        kept = np.ones(len(aims), bool)
+        for front in np.flatnonzero(~self.fronts.closed & (np.diff(offsets) > 0)).tolist():
+            for index, on_right in ((int(offsets[front]), False), (int(offsets[front + 1]) - 1, True)):
+                kept[index] = self._open_end(index, on_right)
+        self._insert(kept)
+
+    def _open_end(self, index: int, on_right: bool) -> bool:
+        """Whether the ray of an end stays; what goes on beside it is put there."""
+        ground, end = self.ground, self.aims.take(np.array([index]))
+        pivot, place, angle = int(end.pivot[0]), float(end.place[0]), float(end.angle[0])
+        full = np.pi if place > 0 else float(ground.walls.angle[pivot])
+        if not on_right and angle < -np.pi / 2:
+            angle += 2 * np.pi
+        wedge = angle if on_right else full - angle
+        if wedge < -STRAIGHT:
+            self.aims.state[index] = OUT
+            return True
+        angles = fan(wedge)[1:] if wedge > _LEAST_FAN else np.zeros(0)
+        before = index if on_right else index - 1
+        self._put_crept(before, end, pivot, place, angles if on_right else full - angles, on_right, full)
+        return wedge > _LEAST_FAN
+
+    def settle(self) -> bool:
+        """Put what belongs between neighbours of which one arrives; whether there were any."""
+        i, j = self._neighbours()
+        state = self.aims.state
+        parts = (state[i] == FREE) & (state[j] == OUT) | (state[i] == OUT) & (state[j] == FREE)
+        i, j = i[parts], j[parts]
+        if len(i) == 0:
+            return False
+        on_right = state[i] == FREE
+        free, out = self.aims.take(np.where(on_right, i, j)), self.aims.take(np.where(on_right, j, i))
+        last_free, free_walks, first_out, out_walks = self._halve(free, out, on_right)
+        for k in range(len(i)):
+            one = np.arange(len(i)) == k
+            pair = last_free.take(one), free_walks.take(one), first_out.take(one), out_walks.take(one)
+            self._part(int(i[k]), *pair, on_right=bool(on_right[k]))
+        self._insert(np.ones(len(self.aims), bool))
+        return True
+
+    def _neighbours(self) -> tuple[Ints, Ints]:
+        front = self.aims.front
+        offsets = offsets_of(np.bincount(front, minlength=len(self.fronts)))
+        i = np.arange(len(front))
+        is_last = i == offsets[1:][front] - 1
+        j = np.where(is_last, offsets[:-1][front], i + 1)
+        kept = ~is_last | (self.fronts.closed[front] & (j != i))
+        return i[kept], j[kept]
+
+    def _halve(self, free: Aims, out: Aims, on_right: Bools) -> tuple[Aims, Walks, Aims, Walks]:
+        """The last ray that arrives and the first that does not, between neighbours."""
+        low, high = np.zeros(len(free)), np.ones(len(free))
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            aims, _ = between(self.ground, self.fronts, free, out, on_right, middle)
+            low, high = np.where(aims.state == FREE, middle, low), np.where(aims.state == FREE, high, middle)
+        return (
+            *between(self.ground, self.fronts, free, out, on_right, low),
+            *between(self.ground, self.fronts, free, out, on_right, high),
+        )
+
+    def _part(self, index: int, free: Aims, free_walk: Walks, out: Aims, out_walk: Walks, *, on_right: bool) -> None:
+        """Let the child end on the selvedge, or the front open behind a corner of it."""
+        ground, far, wall = self.ground, float(out_walk.far[0]), int(out_walk.wall[0])
+        left = float(out.reach[0]) - far
+        if wall != NO_TWIN and left <= _ARRIVED * self.step:
+            self._put(index, replace(out, reach=out_walk.far, state=np.array([AT_RIM]), rim=out_walk.wall), out_walk)
+            return
+        corner = _corner_passed(ground, out_walk, on_right) if wall != NO_TWIN else None
+        if corner is None:
+            self._prolong(index, free, free_walk, on_right)
+            return
+        pivot, wedge = corner
+        full = float(ground.walls.angle[pivot])
+        at_corner = replace(out, lead=out.lead + far, reach=np.array([left]))
+        angles = fan(wedge) if on_right else full - fan(wedge)
+        self._put_crept(index, at_corner, pivot, 0.0, angles, on_right, full)
+
+    def _prolong(self, index: int, free: Aims, walk: Walks, on_right: bool) -> None:
+        """Prolong the child straight on from its last vertex to the selvedge."""
+        ground, face = self.ground, walk.face[-1:]
+        here, there = ground.flat(face, walk.start[-1:])[0], ground.flat(face, walk.end[-1:])[0]
+        ux, uy = (there - here) / max(float(np.linalg.norm(there - here)), np.finfo(float).tiny)
+        ux, uy = (uy, -ux) if on_right else (-uy, ux)
+        x, y, dx, dy = (np.array([value]) for value in (*there, ux, uy))
+        on = walk_far(ground.frames, 3 * face, x, y, dx, dy, np.array([_AHEAD * self.step]))
+        both = Walks(
+            np.array([0, len(walk.face) + len(on.face)]),
+            np.concatenate([walk.face, on.face]),
+            np.concatenate([walk.start, on.start]),
+            np.concatenate([walk.end, on.end]),
+            np.concatenate([walk.begin, on.begin + walk.far]),
+            np.concatenate([walk.finish, on.finish + walk.far]),
+            walk.far + on.far,
+            on.wall,
+            on.wall_ux,
+            on.wall_uy,
+        )
+        rim = np.where(is_out(ground, on), on.wall, NO_TWIN)
+        self._put(index, replace(free, reach=both.far, state=np.array([AT_RIM]), rim=rim), both)
+
+    def _put_crept(
+        self, index: int, start: Aims, pivot: int, place: float, angles: Floats, on_right: bool, full: float
+    ) -> None:
+        """A fan at a place on a selvedge, what leaves it further on, and the ray that creeps along it."""
+        ground = self.ground
+        if on_right or place > 0:
+            halfedge, at = pivot, place
+        else:
+            halfedge = int(ground.walls.before[pivot])
+            at = float(ground.frames.length[halfedge])
+        reach = float(start.reach[0])
+        if not ground.is_selvedge[halfedge]:
+            return
+        crept = creep(ground, halfedge=halfedge, place=at, on_right=on_right, reach=reach)
+        rays, walks = self._leaving(start, pivot, place, angles, crept)
+        along = walks_along([crept.halfedge], [crept.start], [crept.end], ground)
+        sign = 1.0 if on_right else -1.0
+        way = ground.frames.directions(np.array([halfedge]), np.array([sign]), np.zeros(1))
+        # At the end of the selvedge the way along it is stopped as by a wall.
+        ends_here = crept.state == AT_RIM and float(along.far[0]) > reach * (1 - _ARRIVED)
+        last = replace(
+            start,
+            pivot=np.array([pivot]),
+            place=np.array([place]),
+            angle=np.array([0.0 if on_right else full]),
+            way=way,
+            reach=np.minimum(along.far, reach),
+            state=np.array([crept.state]),
+            rim=np.where(ends_here, crept.halfedge[-1:], NO_TWIN),
+        )
+        self._put_in_order(index, [rays, last], [walks, along], on_right)
+
+    def _leaving(self, start: Aims, pivot: int, place: float, angles: Floats, crept: Crept) -> tuple[Aims, Walks]:
+        """Rays that leave a selvedge: from where the way along it begins, and from corners further on."""
+        ground = self.ground
+        pivots = np.concatenate([np.full(len(angles), pivot), crept.pivot])
+        places = np.concatenate([np.full(len(angles), place), np.zeros(len(crept.pivot))])
+        angle = np.concatenate([angles, crept.angle])
+        gone = np.concatenate([np.zeros(len(angles)), crept.lead])
+        n = len(angle)
+        halfedge, px, ux, uy = aim(ground, pivots, places, angle)
+        reach = start.reach - gone
+        walks = walk_far(ground.frames, halfedge, px, np.zeros(n), ux, uy, reach + self.ahead)
+        none = np.full(n, NO_TWIN)
+        rays = Aims(
+            np.repeat(start.front, n),
+            np.repeat(start.station, n),
+            pivots,
+            places,
+            angle,
+            ground.frames.directions(halfedge, ux, uy),
+            start.lead + gone,
+            reach,
+            np.where(is_out(ground, walks) & (walks.far < reach), OUT, FREE),
+            none,
+            none,
+        )
+        return rays, walks
+
+    def _put(self, index: int, aims: Aims, walk: Walks) -> None:
+        self._put_in_order(index, [aims], [walk], True)
+
+    def _put_in_order(self, index: int, aims: list[Aims], walks: list[Walks], on_right: bool) -> None:
+        """Put rays after one, or, seen from their own side, before the next; in the order away from it."""
+        joined = Aims.of(aims)
+        joined = replace(joined, walk=self._n_walks + np.arange(len(joined)))
+        self.walks += walks
+        self._n_walks += len(joined)
+        self._added.append(joined if on_right else joined.take(np.arange(len(joined))[::-1]))
+        self._places.append(np.full(len(joined), float(index)))
+
+    def _insert(self, kept: Bools) -> None:
+        own = np.flatnonzero(kept)
+        place = np.concatenate([own.astype(np.float64), *(p + 0.5 for p in self._places)])
+        order = np.argsort(place, kind="stable")
+        self.aims = Aims.of([self.aims.take(own), *self._added]).take(order)
+        self._added, self._places = [], []
+
+
+def _corner_passed(ground: Ground, walk: Walks, on_right: bool) -> tuple[int, float] | None:
+    """The corner of a selvedge by which a walk is stopped as it just passes it, and the angle that opens behind."""
+    wall, walls = int(walk.wall[0]), ground.walls
+    part = float(walk.end[-1][(wall % 3 + 1) % 3])
+    slant = float(np.arctan2(-walk.wall_uy[0], walk.wall_ux[0]))
+    pivot = int(walls.after[wall]) if on_right else wall
+    beyond = pivot if on_right else int(walls.before[wall])
+    wedge = float(walls.angle[pivot]) - (np.pi + slant if on_right else 2 * np.pi - slant)
+    is_there = (1.0 - part if on_right else part) < _AT_THE_VERTEX
+    return (pivot, wedge) if is_there and wedge > _LEAST_WEDGE and ground.is_selvedge[beyond] else None
