@@ -96,6 +96,12 @@ def from_two_sides() -> SurfaceMesh:
     return started(surface, *sides)
 
 
+def from_three_sides() -> SurfaceMesh:
+    """From all sides but the upper one, so that the front turns two corners."""
+    surface = plate()
+    return started(surface, path_through(surface, (0, ROWS), (0, 0), (COLUMNS, 0), (COLUMNS, ROWS)))
+
+
 def from_ring_inside() -> SurfaceMesh:
     """From a closed path inside, inwards and outwards."""
     surface = plate()
@@ -111,6 +117,7 @@ CLOTHS: dict[str, Callable[[], SurfaceMesh]] = {
     "half": from_half,
     "path across": from_path_across,
     "two sides": from_two_sides,
+    "three sides": from_three_sides,
     "ring inside": from_ring_inside,
 }
 

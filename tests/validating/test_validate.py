@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from open_cloth import CLOTHS, cloth_latitudes, path_through, plate, started
 from weavecore.errors import Broken, Unsupported
 from weavecore.model import LATITUDINAL, LONGITUDINAL, Bands, Latitudes, Lattice, Polylines, Strands, SurfaceMesh
 from weavecore.validating import Finding, Report, validate
@@ -56,6 +57,21 @@ def _(surface: SurfaceMesh) -> SurfaceMesh:
     return replace(surface, cuts=(np.arange(COLUMNS),))  # along the border
 
 
+@breaks("surface", "origins_off_edges")
+def _(surface: SurfaceMesh) -> SurfaceMesh:
+    return started(surface, np.arange(COLUMNS, 2 * COLUMNS, 2))
+
+
+@breaks("surface", "origins_astray")
+def _(surface: SurfaceMesh) -> SurfaceMesh:
+    return started(surface, surface.borders[0][::-1], closed=True)  # the surface is on its right
+
+
+@breaks("surface", "origins_that_meet")
+def _(surface: SurfaceMesh) -> SurfaceMesh:
+    return started(surface, surface.borders[0], surface.borders[0][:3], closed=True)
+
+
 # ---- latitudes
 
 
@@ -101,7 +117,17 @@ def _(latitudes: Latitudes) -> Latitudes:
     return slid(latitudes, -1, [1.0 + 1e-6, -1e-6, 0.0])
 
 
-@breaks("latitudes", "short_or_open_polylines")
+@breaks("latitudes", "short_polylines")
+def _(latitudes: Latitudes) -> Latitudes:
+    old = latitudes.polylines
+    offsets = changed(old.offsets, -1, old.offsets[-2] + 2)
+    kept = slice(0, int(offsets[-1]))
+    return replace(
+        latitudes, polylines=Polylines(old.points[kept], offsets, old.closed, old.face[kept], old.barycentric[kept])
+    )
+
+
+@breaks("latitudes", "ends_off_selvedges")
 def _(latitudes: Latitudes) -> Latitudes:
     return moved(latitudes, closed=[True] * 5 + [False])
 
@@ -191,6 +217,132 @@ def _(latitudes: Latitudes) -> Latitudes:
 @breaks("latitudes", "sides_wrong")
 def _(latitudes: Latitudes) -> Latitudes:
     return with_bands(latitudes, is_left=changed(latitudes.bands.is_left, -1, False))
+
+
+# ---- open latitudes: from the left side of a plate with a hole, and from others
+
+OPEN: dict[str, Callable] = {}
+
+
+def breaks_open(finding: str) -> Callable:
+    """Register a function that makes right latitudes of which some are open wrong in the way that one finding tells."""
+
+    def register(breaker: Callable) -> Callable:
+        OPEN[finding] = breaker
+        return breaker
+
+    return register
+
+
+breaks("latitudes", "selvedges_touched_between_ends")(lambda _: OPEN["selvedges_touched_between_ends"]())
+breaks("latitudes", "selvedges_between_bands")(lambda _: OPEN["selvedges_between_bands"]())
+
+
+def replaced(latitudes: Latitudes, p: int, rows: np.ndarray, **arrays: object) -> Latitudes:
+    """Give polyline ``p`` the points of ``rows`` of all points."""
+    old = latitudes.polylines
+    order = np.concatenate([np.arange(old.offsets[p]), rows, np.arange(old.offsets[p + 1], len(old.points))])
+    offsets = old.offsets + np.where(np.arange(len(old) + 1) > p, len(rows) - old.counts[p], 0)
+    lines = Polylines(old.points[order], offsets, old.closed, old.face[order], old.barycentric[order])
+    return replace(latitudes, polylines=lines, **arrays)
+
+
+def rows_of_polyline(latitudes: Latitudes, p: int) -> np.ndarray:
+    return np.arange(latitudes.polylines.offsets[p], latitudes.polylines.offsets[p + 1])
+
+
+@breaks_open("border_loops_lost")
+def _() -> Latitudes:
+    latitudes = cloth_latitudes("side")
+    return replaced(latitudes, 0, rows_of_polyline(latitudes, 0)[::-1])
+
+
+@breaks_open("short_polylines")
+def _() -> Latitudes:
+    latitudes = cloth_latitudes("side")
+    return replaced(latitudes, 4, rows_of_polyline(latitudes, 4)[:1])
+
+
+@breaks_open("ends_off_selvedges")
+def _() -> Latitudes:
+    latitudes = cloth_latitudes("side with hole")
+    return replaced(latitudes, 4, rows_of_polyline(latitudes, 4)[:-1])
+
+
+@breaks_open("segments_in_no_face")
+def _() -> Latitudes:
+    latitudes = cloth_latitudes("side")
+    return replaced(latitudes, 4, np.delete(rows_of_polyline(latitudes, 4), 5))
+
+
+@breaks_open("selvedges_touched_between_ends")
+def _() -> Latitudes:
+    latitudes = cloth_latitudes("side")
+    rows = rows_of_polyline(latitudes, 4)
+    return replaced(latitudes, 4, np.r_[rows, rows[-2:][::-1], rows[-1]])
+
+
+@breaks_open("selvedges_between_bands")
+def _() -> Latitudes:
+    # Run the other way, its left side is where the bands have its right side.
+    latitudes = cloth_latitudes("side")
+    return replaced(latitudes, 4, rows_of_polyline(latitudes, 4)[::-1])
+
+
+@breaks_open("coverage_gap_of_spacing")
+def _() -> Latitudes:
+    # Of an origin along three sides; a segment that closed it would cover the fourth.
+    latitudes = cloth_latitudes("three sides")
+    old, n = latitudes.polylines, int(latitudes.polylines.offsets[1])
+    alone = Polylines(old.points[:n], [0, n], [False], old.face[:n], old.barycentric[:n])
+    pocket = Bands([0, 1], [0], [True], [True], [1], [12.0])
+    arrays = {"generation": [0], "distance": [0], "parents": []}
+    return replace(latitudes, polylines=alone, bands=pocket, spacing=11.0, **arrays)
+
+
+@breaks_open("euler_sum_off")
+def _() -> Latitudes:
+    return with_bands(cloth_latitudes("slit"), euler=[0, 0, 0, 0, 1, 1, 1, 0])
+
+
+@breaks_open("bands_of_no_surface")
+def _() -> Latitudes:
+    return with_bands(cloth_latitudes("slit"), euler=[1, -1, 0, 0, 1, 1, 1, 1])
+
+
+@breaks_open("sides_wrong")
+def _() -> Latitudes:
+    latitudes = cloth_latitudes("path across")
+    bands = latitudes.bands
+    return with_bands(latitudes, is_left=np.where(bands.polyline == 0, True, bands.is_left))
+
+
+@breaks_open("shared_points")
+def _() -> Latitudes:
+    latitudes = cloth_latitudes("side")
+    rows = rows_of_polyline(latitudes, 4)
+    return replaced(latitudes, 4, np.r_[rows, rows[-1]])
+
+
+@pytest.mark.parametrize("name", CLOTHS)
+def test_open_latitudes_hold(name: str) -> None:
+    latitudes = cloth_latitudes(name)
+    for value in (latitudes.surface, latitudes):
+        report = validate(value)
+        assert report.holds, str(report)
+
+
+@pytest.mark.parametrize("name", OPEN)
+def test_wrong_open_latitudes_break_their_finding(name: str) -> None:
+    assert not validate(OPEN[name]())[name].holds
+
+
+def test_an_origin_inside_may_touch_a_border_with_its_ends_alone() -> None:
+    surface = plate()
+    right = started(surface, path_through(surface, (9, 0), (9, 16)))
+    bent = started(surface, path_through(surface, (9, 3), (9, 0), (12, 0)))
+    assert validate(right)["origins_astray"].holds
+    assert validate(bent)["origins_astray"].ids == (0,)
 
 
 # ---- a lattice

@@ -1,4 +1,4 @@
-"""What must hold of `Latitudes`: borders kept, on the surface, simple, with the right parents."""
+"""What must hold of `Latitudes`: origins kept, on the surface, simple, with the right parents."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Floats, next_in_loop, offsets_of, rows_of
 from weavecore.model.latitudes import Latitudes
+from weavecore.model.polylines import Polylines
 from weavecore.validating.bands import check_bands
 from weavecore.validating.crossings import check_crossings
 from weavecore.validating.locating import hold_segments
 from weavecore.validating.report import Finding, count
+from weavecore.validating.selvedges import check_ends
 
 OFF_SURFACE = 1e-9
 """Parts of the surface's size by which a point may miss its place in its face."""
@@ -35,31 +37,33 @@ def check_latitudes(latitudes: Latitudes) -> Iterator[Finding]:
 
 
 def _check_borders(latitudes: Latitudes) -> Iterator[Finding]:
-    """The borders, then the cuts, are generation 0: point for point, in order, to the last bit."""
+    """The origins, by default borders and then cuts, are generation 0: point for point, in order, to the last bit."""
     surface, polylines = latitudes.surface, latitudes.polylines
-    loops = [*surface.borders, *surface.cuts]
+    origins = surface.origins
     lost = [
         k
-        for k, loop in enumerate(loops)
-        if k >= len(polylines) or not _same_loop(surface.vertices[loop], polylines.polyline(k))
+        for k, (path, is_closed) in enumerate(zip(origins.paths, origins.closed.tolist()))
+        if k >= len(polylines)
+        or polylines.closed[k] != is_closed
+        or not _same_points(surface.vertices[path], polylines.polyline(k), is_closed=is_closed)
     ]
     yield count("border_loops_lost", lost, "loop")
     first = np.flatnonzero(latitudes.generation == 0)
-    yield count("borders_not_first", np.setxor1d(first, np.arange(len(loops))), "polyline")
+    yield count("borders_not_first", np.setxor1d(first, np.arange(len(origins))), "polyline")
     rises = np.diff(latitudes.generation) >= 0
     yield count("generations_out_of_order", np.flatnonzero(~rises), "polyline")
 
 
-def _same_loop(wanted: Floats, points: Floats) -> bool:
-    """Whether two closed polylines have the same points in the same cyclic order."""
+def _same_points(wanted: Floats, points: Floats, *, is_closed: bool) -> bool:
+    """Whether two polylines have the same points in the same order, which for closed ones may begin anywhere."""
     if wanted.shape != points.shape:
         return False
-    starts = np.flatnonzero((points == wanted[0]).all(1))
+    starts = np.flatnonzero((points == wanted[0]).all(1)) if is_closed else np.zeros(1, np.int64)
     return any(np.array_equal(np.roll(points, -start, axis=0), wanted) for start in starts.tolist())
 
 
 def _check_places(latitudes: Latitudes) -> Iterator[Finding]:
-    """Each point lies where its face and barycentric coordinates say; polylines are closed."""
+    """Each point lies where its face and barycentric coordinates say; polylines are closed, or end on selvedges."""
     surface, polylines = latitudes.surface, latitudes.polylines
     barycentric = polylines.barycentric
     place = np.einsum("nk,nkd->nd", barycentric, surface.vertices[surface.faces[polylines.face]])
@@ -67,12 +71,13 @@ def _check_places(latitudes: Latitudes) -> Iterator[Finding]:
     yield Finding("off_surface_of_size", float(off.max(initial=0.0)) / surface.size, OFF_SURFACE)
     outside = np.maximum(np.abs(barycentric.sum(1) - 1), np.maximum(-barycentric, 0).max(1))
     yield Finding("outside_face", float(outside.max(initial=0.0)), OFF_SURFACE)
-    short = (polylines.counts < 3) | ~polylines.closed
-    yield count("short_or_open_polylines", np.flatnonzero(short), "polyline")
+    short = polylines.counts < np.where(polylines.closed, 3, 2)
+    yield count("short_polylines", np.flatnonzero(short), "polyline")
+    yield from check_ends(latitudes)
 
 
 def _check_generations(latitudes: Latitudes) -> Iterator[Finding]:
-    """Parents are one generation up, and all but the borders have one (§4.4, §4.5)."""
+    """Parents are one generation up, and all but the origins have one (§4.4, §4.5)."""
     generation, parents = latitudes.generation, latitudes.parents
     known = ((parents >= 0) & (parents < len(latitudes))).all(1)
     yield count("parents_unknown", np.flatnonzero(~known), "link")
@@ -85,7 +90,7 @@ def _check_generations(latitudes: Latitudes) -> Iterator[Finding]:
 
 
 def _check_distances(latitudes: Latitudes) -> Iterator[Finding]:
-    """The borders are at distance 0, all polylines of a generation at one, and no step is wider than the spacing."""
+    """The origins are at distance 0, all polylines of a generation at one, and no step is wider than the spacing."""
     distance, spacing = latitudes.distance, latitudes.spacing
     of_generation = np.zeros(latitudes.n_generations)
     of_generation[latitudes.generation] = distance
@@ -100,19 +105,18 @@ def _coverage_gap(latitudes: Latitudes) -> float:
     """Straight distance from the farthest vertex to the nearest latitude, in spacings."""
     from scipy.spatial import cKDTree
 
-    samples = _samples(
-        latitudes.polylines.points, latitudes.polylines.offsets, latitudes.spacing / _SAMPLES_PER_SPACING
-    )
+    samples = _samples(latitudes.polylines, latitudes.spacing / _SAMPLES_PER_SPACING)
     if len(samples) == 0:
         return float("inf")
     gap = np.asarray(cKDTree(samples).query(latitudes.surface.vertices)[0])
     return float(gap.max()) / latitudes.spacing
 
 
-def _samples(points: Floats, offsets: Ints, step: float) -> Floats:
-    """Points along closed polylines, no further apart than ``step``; the polylines' own among them."""
-    side = points[next_in_loop(offsets)] - points
-    ragged = offsets_of(np.maximum(1, np.ceil(np.linalg.norm(side, axis=1) / step)))
+def _samples(polylines: Polylines, step: float) -> Floats:
+    """Points along polylines, no further apart than ``step``; the polylines' own among them."""
+    points, length = polylines.points, polylines.segment_lengths
+    side = points[next_in_loop(polylines.offsets)] - points
+    ragged = offsets_of(np.maximum(1, np.ceil(length / step)))
     row = rows_of(ragged)
     part = (np.arange(ragged[-1]) - ragged[row]) / np.diff(ragged)[row]
     samples: Floats = points[row] + side[row] * part[:, None]

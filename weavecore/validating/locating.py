@@ -48,15 +48,18 @@ def carriers_of(surface: SurfaceMesh, polylines: Polylines) -> tuple[Ints, Bools
 
 
 def hold_segments(surface: SurfaceMesh, polylines: Polylines) -> HeldSegments:
-    """Find all the faces that hold each segment of closed polylines."""
+    """Find all the faces that hold each segment; the last point of an open polyline begins none."""
     corners, carries = carriers_of(surface, polylines)
     weights = np.where(carries, polylines.barycentric, 0.0)
     after = next_in_loop(polylines.offsets)
+    begins = np.ones(len(polylines.points), bool)
+    begins[polylines.offsets[1:][~polylines.closed & (polylines.counts > 0)] - 1] = False
     start, face = _faces_at_points(surface, corners, carries)
+    start, face = start[begins[start]], face[begins[start]]
     at_start, _ = _weights_in(surface.faces[face], corners[start], weights[start])
     end = after[start]
     at_end, inside = _weights_in(surface.faces[face], corners[end], weights[end])
-    lost = np.ones(len(polylines.points), bool)
+    lost = begins.copy()
     lost[start[inside]] = False
     row = np.flatnonzero(inside)
     row = row[np.argsort(face[row], kind="stable")]
