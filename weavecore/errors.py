@@ -86,6 +86,18 @@ class AmbiguousSurface(WeaveError, LookupError):
     code = "AMBIGUOUS_SURFACE"
 
 
+class BadCurve(WeaveError, ValueError):
+    """Distances cannot start at a curve: it lies off the surface, crosses itself, or is no line at all."""
+
+    code = "BAD_CURVE"
+
+
+class NoCurve(WeaveError, LookupError):
+    """The file has no curve by the name that was asked for, or several of one that must be the only one."""
+
+    code = "NO_CURVE"
+
+
 class SpacingTooLarge(WeaveError, ValueError):
     """The spacing is larger than what the surface can hold."""
 

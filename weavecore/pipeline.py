@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
+from numpy.typing import ArrayLike
+
 from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
@@ -65,6 +67,7 @@ def offset(
     spacing: Optional[Spacing] = None,
     method: str = "levels",
     borders: Optional[Sequence[int]] = None,
+    curves: Optional[Sequence[ArrayLike]] = None,
     progress: Optional[Progress] = None,
 ) -> Latitudes:
     """Offset the borders of a surface inwards until they fill it (Yan et al. 2016, §4).
@@ -82,6 +85,9 @@ def offset(
     borders : sequence of int, optional
         Places in ``surface.borders`` of those that distances start at; by default all.  The others cut the
         polylines, which then are open.
+    curves : sequence of (n, 3) array_like, optional
+        Points along curves on the surface that distances start at, on both sides, in the model's unit; a closed one
+        comes back to its first point.  If only these are given, distances start at no border.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -92,11 +98,11 @@ def offset(
 
     Raises
     ------
-    SpacingTooLarge, TooMuchWork, Unsupported, BadIndex
+    SpacingTooLarge, TooMuchWork, Unsupported, BadIndex, BadCurve
     """
     if method not in METHODS:
         raise Unsupported(f"There is no method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
-    started = start_at(surface, borders=borders)
+    started = start_at(surface, borders=borders, curves=curves)
     if spacing is None:
         spacing = suggest_spacing(started)
     return METHODS[method](started, spacing=spacing, progress=progress)

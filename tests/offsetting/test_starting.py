@@ -52,5 +52,5 @@ def test_a_closed_surface_has_no_border_to_choose() -> None:
 
 
 def test_an_empty_choice_is_refused() -> None:
-    with pytest.raises(Unsupported, match="No border is chosen"):
+    with pytest.raises(Unsupported, match="Nothing is chosen"):
         start_at(tube_surface(), borders=[])

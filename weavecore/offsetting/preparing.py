@@ -15,16 +15,17 @@ EDGES_PER_SPACING = 2.0
 
 
 def refuse_closed(surface: SurfaceMesh) -> None:
-    """Raise `Unsupported` where a component has neither a border nor a cut to start from."""
+    """Raise `Unsupported` where no origin lies on a component: no border, no cut, and nothing that is chosen."""
     start = np.flatnonzero(surface.is_origin) // 3
     closed = ~np.isin(surface.component_of_face, surface.component_of_face[start])
-    if closed.any():
-        raise Unsupported(
-            "A closed component with no border to start from and no cut",
-            remedy="Cut it in two first, by a plane or by itself.",
-            ids=np.flatnonzero(closed).tolist(),
-            kind="face",
-        )
+    if not closed.any():
+        return
+    if surface.starts is None:
+        what, remedy = "A closed component with no border to start from and no cut", "Cut it in two first, by a plane."
+    else:
+        what = "A component on which none of the borders and curves lies that distances start at"
+        remedy = "Choose one on it as well, or leave the component away."
+    raise Unsupported(what, remedy=remedy, ids=np.flatnonzero(closed).tolist(), kind="face")
 
 
 def refine_for(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:

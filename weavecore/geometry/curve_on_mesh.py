@@ -1,0 +1,163 @@
+"""A curve as points on about the distance of the mesh's edges below it, kinks and ends among them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.errors import BadCurve
+from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.closest import closest_faces
+from weavecore.geometry.curve_points import (
+    clean_curve,
+    divided,
+    keep_ends,
+    room_beside,
+    segments_of,
+    thinned,
+    turns,
+)
+
+_SLACK_OF_EDGE, _SLACK_OF_EXTENT = 0.02, 0.002
+"""Points tell the shape of a curve to these parts of the edges below it and of its own extent."""
+
+_SLACK_OF_ROOM = 0.1
+"""And to this part of the distance to where it comes back to itself."""
+
+_LEAST_SLACK = 1e-4  # of what it is where the curve does not come back to itself
+_KINK = np.radians(30)
+_SHORTEST = 0.1  # of the edge below it: a shorter curve is lost on the mesh
+_FAR, _FAR_BETWEEN = 0.02, 0.1
+"""Parts of the size of the mesh that the points of a curve, and its chords between them, may lie off it."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurveOnMesh:
+    """A curve as points on a mesh.
+
+    Parameters
+    ----------
+    places : (n, 3) float64
+        On the mesh.
+    is_closed : bool
+    is_exact : (n,) bool
+        Whether a place may not be moved: a kink, or an end.
+    room : (n,) float64
+        Distance to where the curve comes back to itself; infinite where it does not.
+    edge : (n,) float64
+        Mean edge of the face below each point.
+    height : (n,) float64
+        Least height of that face.
+    """
+
+    places: Floats
+    is_closed: bool
+    is_exact: Bools
+    room: Floats
+    edge: Floats
+    height: Floats
+
+    def take(self, rows: Ints) -> CurveOnMesh:
+        """Some of the points."""
+        return CurveOnMesh(
+            self.places[rows],
+            self.is_closed,
+            self.is_exact[rows],
+            self.room[rows],
+            self.edge[rows],
+            self.height[rows],
+        )
+
+
+class _Ground:
+    """The mesh below a curve."""
+
+    def __init__(self, vertices: Floats, faces: Ints) -> None:
+        self.vertices, self.faces = vertices, faces
+        corners = vertices[faces]
+        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        self.mean_side = sides.mean(1)
+        self.height = area / sides.max(1)
+        self.size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+
+    def below(self, points: Floats) -> tuple[Ints, Floats, Floats]:
+        """Face below each point, place on it and distance from it."""
+        face, place = closest_faces(points, self.vertices, self.faces)
+        return face, place, np.linalg.norm(points - place, axis=1)
+
+    def side_at(self, points: Floats) -> Floats:
+        """Mean side of the face below each point."""
+        side: Floats = self.mean_side[self.below(points)[0]]
+        return side
+
+
+def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: float) -> CurveOnMesh:
+    """Points that tell the shape of a curve, on the mesh that it lies on or near.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+    curve : (n, 3) float64
+        Points along it; a closed one comes back to its first.
+    tolerance : float
+
+    Raises
+    ------
+    BadCurve
+        Where it is too far off, or too short.
+    NonFinite, TooMuchWork
+    """
+    points, is_closed = clean_curve(curve, tolerance)
+    ground = _Ground(vertices, faces)
+    face, _, gap = ground.below(points)
+    _refuse_far(points, gap, max(tolerance, _FAR * ground.size))
+    side = ground.mean_side[face]
+    start, end = segments_of(points, is_closed)
+    length = float(np.linalg.norm(end - start, axis=1).sum())
+    if length < _SHORTEST * side.min():
+        raise BadCurve(
+            f"A curve of the length {length:.4g} is lost on a mesh with edges of {side.min():.4g}",
+            remedy="Give a longer one, or a finer mesh.",
+        )
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    slack = np.minimum(_SLACK_OF_EDGE * side, _SLACK_OF_EXTENT * extent)
+    told, is_exact, room = _told_by_points(points, is_closed, slack, ground)
+    _, place, gap = ground.below(told)
+    _refuse_far(told, gap, max(tolerance, _FAR_BETWEEN * ground.size))
+    below = ground.below(told)[0]
+    return CurveOnMesh(place, is_closed, is_exact, room, ground.mean_side[below], ground.height[below])
+
+
+def _told_by_points(points: Floats, is_closed: bool, slack: Floats, ground: _Ground) -> tuple[Floats, Bools, Floats]:
+    """Points that tell the shape of a curve, whether each must stay where it is, and the room beside it."""
+    while True:
+        kept = thinned(points, is_closed, slack)
+        line, given = divided(points[kept], is_closed, ground.side_at)
+        room = room_beside(line, is_closed)
+        rough = np.maximum(_SLACK_OF_ROOM * room, _LEAST_SLACK * slack.max())
+        # What a stretch has beside it bounds how far its own points may lie off what is left of it.
+        owner = np.maximum.accumulate(np.where(given >= 0, given, 0))
+        allowed = np.full(len(kept), np.inf)
+        np.minimum.at(allowed, owner, rough)
+        np.minimum.at(allowed, (owner + 1) % len(kept), rough)
+        span = np.searchsorted(kept, np.arange(len(points)), side="right") - 1
+        least = np.minimum(allowed[span], allowed[(span + 1) % len(kept)])
+        if not (least < slack).any():
+            break
+        slack = np.minimum(slack, least)
+    is_exact = np.zeros(len(line), bool)
+    is_exact[given >= 0] = keep_ends(turns(points[kept], is_closed) > _KINK, is_closed)
+    return line, is_exact, room
+
+
+def _refuse_far(points: Floats, gap: Floats, most: float) -> None:
+    worst = int(np.argmax(gap))
+    if gap[worst] > most:
+        x, y, z = points[worst].tolist()
+        raise BadCurve(
+            f"The curve lies up to {gap[worst]:.4g} off the surface, near ({x:.6g}, {y:.6g}, {z:.6g})",
+            remedy="Pull or project it onto the surface, or look at whether its unit is that of the surface.",
+        )
