@@ -80,6 +80,13 @@ def unique_edges(triangles: Ints) -> tuple[Ints, Ints]:
     return np.c_[key // n, key % n], of_side.reshape(-1, 3)
 
 
+def naked_edges(triangles: Ints) -> Ints:
+    """Those (e, 2) of the `unique_edges` that have one triangle only."""
+    edges, of_side = unique_edges(triangles)
+    naked: Ints = edges[np.bincount(of_side.ravel(), minlength=len(edges)) == 1]
+    return naked
+
+
 def bisect_edges(points: Floats, triangles: Ints, chosen: Bools) -> tuple[Floats, Ints, Ints]:
     """Split the chosen ones (E,) of the `unique_edges` in the middle; edges of one triangle stay.
 

@@ -7,6 +7,8 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints, offsets_of
 from weavecore.linking.cells import NO_CORNER, BandFaces
 from weavecore.linking.patterns import Pattern
+from weavecore.linking.selvedges import Hem
+from weavecore.linking.splicing import are_among
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 
@@ -17,15 +19,16 @@ def assemble(
     latitude: Ints,
     station: Floats,
     faces: BandFaces,
+    hem: Hem,
     longest_link: float,
     pattern: Pattern,
     edge_length: float,
 ) -> Lattice:
-    """The lattice of the given faces; nodes beyond those that have a latitude are hubs, kept where a face has them.
+    """The lattice of the given faces; nodes beyond those that have a station are hubs, kept where a face has them.
 
     An edge along a polyline is latitudinal.  One that binds a child to its parent is
     longitudinal, also where several meet in one band, unless it is longer than
-    ``longest_link``.  All others are of the second step.
+    ``longest_link``; so is one from a polyline to a selvedge, and all along one are.  The others are of the second step.
     """
     corners, nodes = _without_idle_hubs(faces.corners, nodes, len(latitude))
     corners = corners[np.lexsort(np.sort(corners, axis=1).T)]
@@ -33,8 +36,12 @@ def assemble(
     node_latitude = np.concatenate([latitude, np.full(n_hubs, -1, np.int64)])
     edges = BandFaces(corners, faces.band).edges()
     family = edge_families(latitudes, edges, node_latitude)
+    first_hub = len(latitude)
+    on_hem = (edges >= first_hub - len(hem.places)) & (edges < first_hub)
+    family[on_hem.any(1) & (on_hem | (node_latitude[edges] >= 0)).all(1)] = LONGITUDINAL
     too_long = np.linalg.norm(nodes[edges[:, 1]] - nodes[edges[:, 0]], axis=1) > longest_link
     family[too_long & (family == LONGITUDINAL)] = POCKET
+    family[are_among(edges[:, 0], edges[:, 1], hem.edges())] = LONGITUDINAL
     return Lattice(
         latitudes=latitudes,
         nodes=nodes,
@@ -66,7 +73,7 @@ def edge_families(latitudes: Latitudes, edges: Ints, node_latitude: Ints) -> Int
     p, q = node_latitude[a], node_latitude[b]
     same = (p == q) & (p >= 0)
     gap = b - a
-    ring = same & ((gap == 1) | ((a == first[p]) & (gap == count[p] - 1)))
+    ring = same & ((gap == 1) | ((a == first[p]) & (gap == count[p] - 1) & latitudes.polylines.closed[p]))
     n = len(latitudes)
     parents = latitudes.parents
     related = np.concatenate([parents[:, 0] * n + parents[:, 1], parents[:, 1] * n + parents[:, 0]])

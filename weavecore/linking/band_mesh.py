@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.geometry.bisecting import bisect_edges, bisect_long_edges
 from weavecore.geometry.cutting import NONE, Cells, cut_along
 from weavecore.linking.band_marks import Curves, curves_around
 from weavecore.linking.open_mesh import OpenMesh, open_mesh
+from weavecore.linking.seats import Seats
+from weavecore.linking.selvedges import Hem
 from weavecore.model.latitudes import Latitudes
 
 _LONGEST = 0.5
@@ -22,7 +24,7 @@ _NO_FAN = 4
 class BandMesh:
     """Triangles that fill some bands, each band apart from the others.
 
-    A *seat* is a node as seen from one side: a node of a cut has one on either side.
+    A *seat* is a node as seen from one side: a node of a cut has one on either side, unless it is a free end.
 
     Parameters
     ----------
@@ -32,9 +34,9 @@ class BandMesh:
     band : (n,) int64
         The band of each point.
     seat : (n,) int64
-        The seat that a point on a polyline belongs to, -1 of a point inside.
-    seat_band, seat_polyline, seat_index : (s,) int64
-        Which node of which polyline each seat is, and in which band.
+        The seat that a point on a side belongs to, -1 of a point inside.
+    seat_band, seat_node : (s,) int64
+        Which node each seat is, and in which band.
     """
 
     points: Floats
@@ -42,11 +44,10 @@ class BandMesh:
     band: Ints
     seat: Ints
     seat_band: Ints
-    seat_polyline: Ints
-    seat_index: Ints
+    seat_node: Ints
 
 
-def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_length: float) -> BandMesh:
+def mesh_bands(latitudes: Latitudes, nodes: list[Floats], hem: Hem, wanted: Ints, edge_length: float) -> BandMesh:
     """Cut the wanted bands out of the surface.
 
     Parameters
@@ -54,6 +55,7 @@ def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_len
     latitudes : Latitudes
     nodes : list of (n,) float64
         Stations of the nodes of each polyline.
+    hem : Hem
     wanted : (b,) int64
         Bands.
     edge_length : float
@@ -62,7 +64,7 @@ def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_len
     bands = latitudes.bands
     sides = np.flatnonzero(np.isin(rows_of(bands.offsets), wanted))
     mesh = open_mesh(latitudes.surface)
-    curves = curves_around(latitudes, mesh, nodes, sides)
+    curves = curves_around(latitudes, mesh, nodes, hem, sides)
     cells = cut_along(mesh.faces, mesh.twins, curves.marks)
     side_curve, side_piece = _curves_of_sides(latitudes, curves, cells, sides)
     band_of_piece = np.full(max(int(cells.cell_piece.max()), int(cells.face_piece.max())) + 1, NONE, np.int64)
@@ -73,17 +75,27 @@ def mesh_bands(latitudes: Latitudes, nodes: list[Floats], wanted: Ints, edge_len
     n = np.int64(len(points))
     key = point_band * n + point
     order = np.argsort(key)
-    seat_offsets = offsets_of([len(nodes[p]) for p in bands.polyline[sides]])
+    seats = Seats(latitudes, nodes, hem, sides)
     seat = np.full(len(key), NONE, np.int64)
-    for rank, curve in enumerate(side_curve.tolist()):
+
+    def sit(curve: int, band: int, seats_along: Ints) -> None:
         part = slice(curves.offsets[curve], curves.offsets[curve + 1])
-        wanted_key = rows_of(bands.offsets)[sides[rank]] * n + curves.marks.vertex[part]
-        seat[order[np.searchsorted(key, wanted_key, sorter=order)]] = seat_offsets[rank] + curves.index[part]
-    seat_rank = rows_of(seat_offsets)
-    seat_index = np.arange(len(seat_rank)) - seat_offsets[seat_rank]
-    seat_polyline = bands.polyline[sides][seat_rank]
-    seat_band = rows_of(bands.offsets)[sides][seat_rank]
-    whole = BandMesh(points[point], local, point_band, seat, seat_band, seat_polyline, seat_index)
+        wanted_key = band * n + curves.marks.vertex[part]
+        seat[order[np.searchsorted(key, wanted_key, sorter=order)]] = seats_along[curves.index[part]]
+
+    for rank, curve in enumerate(side_curve.tolist()):
+        sit(curve, int(rows_of(bands.offsets)[sides[rank]]), seats.of_side(rank))
+    n_rings = len(curves.polyline) - len(hem.selvedges)
+    for s, selvedge in enumerate(hem.selvedges):
+        piece = cells.edge_piece[selvedge.halfedge[0]]
+        on_band = int(band_of_piece[piece]) if selvedge.closed else seats.band_of_selvedge(s)
+        if on_band != NONE:
+            sit(n_rings + s, on_band, seats.of_selvedge(s))
+    used, number = np.unique(seat[seat != NONE], return_inverse=True)
+    seat_band = np.zeros(len(used), np.int64)
+    seat_band[number] = point_band[seat != NONE]
+    seat[seat != NONE] = number
+    whole = BandMesh(points[point], local, point_band, seat, seat_band, seats.node[used])
     return _refined(whole, *bisect_long_edges(whole.points, whole.triangles, _LONGEST * edge_length))
 
 
@@ -115,14 +127,15 @@ def refine_edges(mesh: BandMesh, chosen: Bools) -> BandMesh:
 def _refined(mesh: BandMesh, points: Floats, triangles: Ints, origin: Ints) -> BandMesh:
     inside = np.full(len(points) - len(mesh.points), NONE, np.int64)
     seat = np.concatenate([mesh.seat, inside])
-    return BandMesh(points, triangles, mesh.band[origin], seat, mesh.seat_band, mesh.seat_polyline, mesh.seat_index)
+    return BandMesh(points, triangles, mesh.band[origin], seat, mesh.seat_band, mesh.seat_node)
 
 
 def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: Ints) -> tuple[Ints, Ints]:
     """For each side its curve, and the piece of the mesh that lies on it."""
     bands = latitudes.bands
-    on_edges = latitudes.generation[curves.polyline] == 0
-    curve_key = 2 * curves.polyline + (on_edges & ~curves.is_left)
+    is_ring = curves.polyline != NONE
+    on_edges = latitudes.generation[curves.polyline[is_ring]] == 0
+    curve_key = 2 * curves.polyline[is_ring] + (on_edges & ~curves.is_left[is_ring])
     polyline, is_left = bands.polyline[sides], bands.is_left[sides]
     curve = np.searchsorted(curve_key, 2 * polyline + ((latitudes.generation[polyline] == 0) & ~is_left))
     mark = curves.offsets[curve]

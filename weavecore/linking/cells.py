@@ -63,9 +63,17 @@ def faces_of_zip(zipped: Zip, parent_nodes: Ints, child_nodes: Ints, *, has_diag
         Triangles only; a tip is the node over an edge.  Else a tip is the node in line with
         the first node of an edge, and quads lie between.
     """
-    n, m = len(parent_nodes), len(child_nodes)
-    parent = parent_nodes if zipped.is_left else np.roll(parent_nodes[::-1], 1)
-    tips = zipped.tips
+    parent = parent_nodes if zipped.is_left else np.roll(parent_nodes[::-1], 1 if zipped.closed else 0)
+    faces = _faces_around(parent, child_nodes, zipped.tips, has_diagonals=has_diagonals)
+    if zipped.closed:
+        return faces
+    tail, head, face = BandFaces(faces, np.zeros(len(faces), np.int64)).sides()
+    closing = (tail == parent[-1]) & (head == parent[0]) | (tail == child_nodes[0]) & (head == child_nodes[-1])
+    return np.delete(faces, face[closing], axis=0)
+
+
+def _faces_around(parent: Ints, child_nodes: Ints, tips: Ints, *, has_diagonals: bool) -> Ints:
+    n, m = len(parent), len(child_nodes)
     edge = np.arange(n)
     if has_diagonals:
         over = np.c_[parent[edge], parent[(edge + 1) % n], child_nodes[tips % m], np.full(n, NO_CORNER)]

@@ -17,6 +17,8 @@ from weavecore.model.polylines import Polylines
 
 FEWEST_NODES = 3
 CORNER_TURN = np.radians(40.0)
+_LEAST_EDGE = 0.25
+"""A corner nearer to the end of a path than this part of an edge is no node."""
 _YIELDING = 2
 """How many nodes on either side of one that is moved give way."""
 
@@ -26,21 +28,27 @@ def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern) -> I
     step = pattern.count_step
     fewest = -(-FEWEST_NODES // step) * step
     ideal = latitudes.polylines.lengths / edge_length
-    counts = np.maximum(np.rint(ideal / step).astype(np.int64) * step, fewest)
+    edges = np.maximum(np.rint(ideal / step).astype(np.int64) * step, fewest)
+    is_open = ~latitudes.polylines.closed
+    # With an odd number of edges an open polyline has an even number of nodes, as rings have.
+    odd = 2 * np.rint((ideal - 1.0) / 2.0).astype(np.int64) + 1 if pattern.in_pairs else np.rint(ideal).astype(np.int64)
+    edges[is_open] = np.maximum(odd, 1)[is_open]
     if pattern.count_slack > 1.0:
         for parent, child in ring_pairs(latitudes):
-            if max(counts[parent] / ideal[child], ideal[child] / counts[parent]) <= pattern.count_slack:
-                counts[child] = counts[parent]
+            if max(edges[parent] / ideal[child], ideal[child] / edges[parent]) <= pattern.count_slack:
+                edges[child] = edges[parent]
+    counts: Ints = edges + is_open
     return counts
 
 
 def ring_pairs(latitudes: Latitudes) -> list[tuple[int, int]]:
-    """Parent and child of every band that is a plain ring between the two, parents first."""
+    """Parent and child of every band that is a plain ring or strip between the two, parents first."""
     bands = latitudes.bands
     first = bands.offsets[:-1]
-    annulus = np.flatnonzero((np.diff(bands.offsets) == 2) & (bands.euler == 0))
-    annulus = annulus[bands.is_parent[first[annulus]] & ~bands.is_parent[first[annulus] + 1]]
-    pairs = zip(bands.polyline[first[annulus]].tolist(), bands.polyline[first[annulus] + 1].tolist())
+    is_open = ~latitudes.polylines.closed[bands.polyline[first]]
+    plain = np.flatnonzero((np.diff(bands.offsets) == 2) & (bands.euler == is_open))
+    plain = plain[bands.is_parent[first[plain]] & ~bands.is_parent[first[plain] + 1]]
+    pairs = zip(bands.polyline[first[plain]].tolist(), bands.polyline[first[plain] + 1].tolist())
     return sorted(pairs, key=lambda pair: (pair[1], pair[0]))
 
 
@@ -59,6 +67,24 @@ def divide_border(points: Floats, stations: Floats, length: float, count: int) -
     parts = _shared_out(runs, count)
     nodes = [s + np.arange(n) * (run / n) for s, run, n in zip(stations[corners], runs, parts)]
     return np.sort(np.concatenate(nodes) % length)
+
+
+def divide_path(points: Floats, stations: Floats, length: float, count: int) -> Floats:
+    """Stations (k,) of the nodes of an open path: its ends, its corners, and equal arc lengths between.
+
+    ``count`` is the number of edges; corners make it more, where it is so low that they would be lost,
+    unless there are many, or they lie hardly an edge off the ends.
+    """
+    edge = length / count
+    corners = stations[1:-1][turns(points)[1:-1] > CORNER_TURN]
+    corners = corners[(corners > _LEAST_EDGE * edge) & (corners < length - _LEAST_EDGE * edge)]
+    if len(corners) == 0 or len(corners) >= max(count, 2):
+        return np.linspace(0.0, length, count + 1)
+    starts = np.concatenate([[0.0], corners])
+    runs = np.diff(np.append(starts, length))
+    parts = _shared_out(runs, max(count, len(runs)))
+    nodes = [s + np.arange(n) * (run / n) for s, run, n in zip(starts, runs, parts)]
+    return np.append(np.concatenate(nodes), length)
 
 
 def _shared_out(runs: Floats, count: int) -> Ints:
@@ -112,12 +138,14 @@ def _shifts_onto(steps: Floats, spikes: Floats) -> Floats:
     return shifts
 
 
-def index_at(nodes: Floats, length: float, station: Floats) -> Floats:
-    """Index of stations on a closed polyline whose nodes lie at the rising stations ``nodes``.
+def index_at(nodes: Floats, length: float, station: Floats, *, closed: bool = True) -> Floats:
+    """Index of stations on a polyline whose nodes lie at the rising stations ``nodes``.
 
-    Stations may run on beyond the end, where the next turn begins.
+    On a closed one stations may run on beyond the end, where the next turn begins.
     """
     n = len(nodes)
+    if not closed:
+        return np.interp(station, nodes, np.arange(n, dtype=np.float64))
     turn = np.floor(station / length)
     known = np.concatenate([[nodes[-1] - length], nodes, [nodes[0] + length]])
     index: Floats = np.interp(station - turn * length, known, np.arange(-1.0, n + 1)) + turn * n
@@ -125,7 +153,7 @@ def index_at(nodes: Floats, length: float, station: Floats) -> Floats:
 
 
 def points_at(polylines: Polylines, polyline: Ints, station: Floats) -> Floats:
-    """Points (n, 3) at stations along closed polylines."""
+    """Points (n, 3) at stations along polylines."""
     start = segments_at(polylines, polyline, station)
     length = polylines.segment_lengths[start]
     along = station - polylines.stations[start]

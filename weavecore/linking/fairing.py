@@ -103,14 +103,24 @@ def _track_of(lattice: Lattice, spikes: Mapping[int, Floats]) -> _Track:
     polyline = lattice.node_latitude
     on_ring = polyline >= 0
     counts = np.bincount(polyline[on_ring], minlength=len(latitudes))
-    mean = latitudes.polylines.lengths / np.maximum(counts, 1)
+    closed = latitudes.polylines.closed
+    mean = latitudes.polylines.lengths / np.maximum(counts - ~closed, 1)
     free = on_ring.copy()
     free[on_ring] = latitudes.generation[polyline[on_ring]] > 0
+    free &= ~_are_ends(polyline, counts, closed)
     for p, stations in spikes.items():
         nodes = np.flatnonzero(polyline == p)
         apart = (lattice.node_station[nodes, None] - stations) / mean[p] % counts[p]
         free[nodes[(np.minimum(apart, counts[p] - apart) < _ON_SPIKE).any(1)]] = False
     return _Track(latitudes.polylines, polyline, lattice.node_station, np.where(on_ring, mean[polyline], 1.0), free)
+
+
+def _are_ends(polyline: Ints, counts: Ints, closed: Bools) -> Bools:
+    """(N,) whether a node is the first or the last of an open polyline; nodes on polylines come first, in order."""
+    offsets = offsets_of(counts)
+    flag = np.zeros(len(polyline), bool)
+    flag[offsets[:-1][~closed]] = flag[offsets[1:][~closed] - 1] = True
+    return flag
 
 
 def _rods_of(lattice: Lattice) -> _Rods:
@@ -180,12 +190,19 @@ def _ring_strains(lattice: Lattice, track: _Track, slide: Floats, variable: Ints
     on_ring = np.flatnonzero(track.polyline >= 0)
     order = on_ring[np.lexsort((track.station[on_ring], track.polyline[on_ring]))]
     counts = np.bincount(track.polyline[order], minlength=len(lattice.latitudes))
-    after = order[next_in_loop(offsets_of(counts))]
+    offsets, closed = offsets_of(counts), track.polylines.closed
+    after = order[next_in_loop(offsets)]
     slides = np.zeros(len(track.free))
     slides[track.free] = slide
     edge = track.edge[order]
     gap = (track.station[after] - track.station[order]) % (edge * counts[track.polyline[order]])
+    # From the end of an open one to the next node it may be less than an edge.
+    near_end = np.concatenate([offsets[:-1][~closed], offsets[1:][~closed] - 2])
+    gap[near_end] = edge[near_end]
     strain = gap / edge - 1.0 + slides[after] - slides[order]
+    kept = np.ones(len(order), bool)
+    kept[offsets[1:][~closed] - 1] = False
+    order, after, strain = order[kept], after[kept], strain[kept]
     n = len(order)
     rows, root = np.tile(np.arange(n), 2), np.full(n, np.sqrt(_RING_STRAIN))
     jacobian = _jacobian(rows, np.concatenate([after, order]), np.concatenate([root, -root]), variable, n)

@@ -45,8 +45,8 @@ def hexagonal_lattice(lattice: Lattice, pattern: str) -> Lattice:
     families = np.concatenate(
         [
             _turned(lattice.edge_family[across]),
-            np.full(len(on_half), LONGITUDINAL),
-            np.full(2 * len(halves), LATITUDINAL),
+            _turned(lattice.edge_family[fans.side[on_half]]),
+            np.tile(lattice.edge_family[halves], 2),
         ]
     )
     return rebuild(lattice, pattern, places, offsets, corners, edges, families)

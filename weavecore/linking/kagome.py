@@ -4,7 +4,7 @@ Every inner node has two rods, which cross: no three meet.  Each triangle holds 
 and each node an open polygon, a hexagon where the node is regular.  Rods run halfway between the latitudes
 and along both diagonals; over and under alternates on every orientable surface, because the
 faces are of two kinds of which each edge has one on either side.
-On a border the ring of the border stays, and rods end there.
+On a border the ring of the border stays, or its selvedges, and rods end there.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from weavecore.geometry.arrays import Ints, next_in_loop
 from weavecore.geometry.fans import NONE, Fans, faces_about_nodes, find_fans
 from weavecore.linking.midpoints import join_places, middles_of_edges, places_of_nodes
 from weavecore.linking.rebuilding import rebuild
-from weavecore.model.lattice import FAMILIES, LATITUDINAL, Lattice
+from weavecore.model.lattice import FAMILIES, Lattice
 
 
 def kagome_lattice(lattice: Lattice, pattern: str) -> Lattice:
@@ -34,7 +34,7 @@ def kagome_lattice(lattice: Lattice, pattern: str) -> Lattice:
     halves = np.flatnonzero(fans.n_faces == 1)
     tails, heads = lattice.edges[halves].T
     edges = np.concatenate([np.c_[a, b], np.c_[number[tails], halves], np.c_[number[heads], halves]])
-    families = np.concatenate([family, np.full(2 * len(halves), LATITUDINAL)])
+    families = np.concatenate([family, np.tile(lattice.edge_family[halves], 2)])
     offsets = np.concatenate([lattice.face_offsets, lattice.face_offsets[-1] + outer_offsets[1:]])
     return rebuild(lattice, pattern, places, offsets, np.concatenate([fans.side, outer]), edges, families)
 

@@ -7,7 +7,8 @@ from typing import Callable, Optional
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.bisecting import naked_edges
 from weavecore.geometry.delaunay import improve_triangles
 from weavecore.linking.assembling import assemble
 from weavecore.linking.cells import BandFaces, as_quads, faces_of_zip
@@ -18,6 +19,7 @@ from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
 from weavecore.linking.rings import RingLinker
+from weavecore.linking.selvedges import Hem, divide_selvedge, find_selvedges, number_hem, plain_strips
 from weavecore.linking.splicing import faces_with_long_links, splice
 from weavecore.linking.uprighting import node_normals, turn_upright
 from weavecore.model.latitudes import Latitudes
@@ -64,29 +66,35 @@ def link_latitudes(
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
     tell(0.0, "dividing the latitudes")
-    counts = count_nodes(latitudes, length, design)
-    linker = RingLinker(latitudes, counts, design)
+    selvedges = find_selvedges(latitudes)
+    turns = [divide_selvedge(selvedge, length) for selvedge in selvedges]
+    strips = plain_strips(latitudes, selvedges, turns)
+    linker = RingLinker(latitudes, count_nodes(latitudes, length, design), design, strips)
     linker.run()
+    counts = np.array([len(stations) for stations in linker.nodes], np.int64)
     latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)
-    places = points_at(latitudes.polylines, latitude, station)
+    hem = number_hem(selvedges, turns, counts)
+    places = np.concatenate([points_at(latitudes.polylines, latitude, station), hem.places])
+    latitude = np.concatenate([latitude, np.full(len(hem.places), -1)])
+    station = np.concatenate([station, np.zeros(len(hem.places))])
     tell(0.4, "filling the pockets")
-    ring_edges = _ring_edges(counts)
+    ring_edges = np.concatenate([_ring_edges(counts, latitudes.polylines.closed), hem.edges()])
     zipped = _zip_faces(linker, counts, design)
     longest = _longest_link(latitudes.spacing, length)
     bad = faces_with_long_links(zipped, places, ring_edges, longest)
     is_wanted = np.ones(len(latitudes.bands), bool)
     is_wanted[np.setdiff1d(zipped.band, zipped.band[bad])] = False
     taken = np.concatenate([ring_edges, zipped.where(~is_wanted[zipped.band]).edges()])
-    nodes, filled = _fill(latitudes, linker.nodes, places, np.flatnonzero(is_wanted), taken, length)
+    nodes, filled = _fill(latitudes, linker.nodes, hem, places, np.flatnonzero(is_wanted), taken, length)
     faces = splice(zipped, bad, filled, ring_edges)
     if design.has_diagonals:
-        faces = _evened(latitudes, nodes, latitude, faces, ring_edges, longest)
+        faces = _evened(nodes, latitude, faces, ring_edges, longest)
     normals = node_normals(latitudes, latitude, station, faces, len(nodes))
     faces = turn_upright(latitudes.surface, nodes, normals, faces, ring_edges)
     if not design.has_diagonals:
         faces = pair_triangles(faces, nodes, ring_edges, leave_few=design.in_pairs)
     tell(0.8, "fairing the lattice")
-    lattice = assemble(latitudes, nodes, latitude, station, faces, longest, design, length)
+    lattice = assemble(latitudes, nodes, latitude, station, faces, hem, longest, design, length)
     return fair(lattice, linker.spikes)
 
 
@@ -95,12 +103,11 @@ def _longest_link(spacing: float, edge_length: float) -> float:
     return _STRETCH * float(np.hypot(spacing, 1.25 * edge_length))
 
 
-def _evened(
-    latitudes: Latitudes, nodes: Floats, latitude: Ints, faces: BandFaces, ring_edges: Ints, longest: float
-) -> BandFaces:
+def _evened(nodes: Floats, latitude: Ints, faces: BandFaces, ring_edges: Ints, longest: float) -> BandFaces:
     """The same faces with edges turned where that gives the nodes more even numbers of edges."""
     of_node = np.concatenate([latitude, np.full(len(nodes) - len(latitude), -1)])
-    is_border = (of_node >= 0) & (of_node < len(latitudes.surface.borders))
+    is_border = np.zeros(len(nodes), bool)
+    is_border[naked_edges(faces.corners[:, :3])] = True
     triangles = even_out(nodes, of_node, is_border, faces.corners[:, :3], ring_edges, longest)
     return BandFaces(as_quads(triangles), faces.band)
 
@@ -117,20 +124,21 @@ def _zip_faces(linker: RingLinker, counts: Ints, pattern: Pattern) -> BandFaces:
     return BandFaces.of(parts)
 
 
-def _ring_edges(counts: Ints) -> Ints:
+def _ring_edges(counts: Ints, closed: Bools) -> Ints:
     """(N, 2) the edges along the polylines, the lesser node first."""
-    after = next_in_loop(offsets_of(counts))
+    offsets = offsets_of(counts)
+    after = next_in_loop(offsets)
     edges: Ints = np.sort(np.c_[np.arange(len(after)), after], axis=1)
-    return edges
+    return np.delete(edges, offsets[1:][~closed] - 1, axis=0)
 
 
 def _fill(
-    latitudes: Latitudes, stations: list[Floats], places: Floats, bands: Ints, taken: Ints, edge_length: float
+    latitudes: Latitudes, stations: list[Floats], hem: Hem, places: Floats, bands: Ints, taken: Ints, edge_length: float
 ) -> tuple[Floats, BandFaces]:
     """All nodes, hubs among them, and the faces that fill these bands."""
     if len(bands) == 0:
         return places, BandFaces.of([])
-    filling = fill_bands(latitudes, stations, places, bands, taken, edge_length)
+    filling = fill_bands(latitudes, stations, hem, places, bands, taken, edge_length)
     nodes = np.concatenate([places, filling.hubs])
     keys = np.unique(taken[:, 0] * np.int64(len(nodes)) + taken[:, 1])
     return nodes, BandFaces(as_quads(improve_triangles(nodes, filling.triangles, keys)), filling.band)

@@ -31,7 +31,8 @@ def middles_of_edges(lattice: Lattice, edges: Ints) -> Places:
     low, high = np.sort([lattice.node_station[a], lattice.node_station[b]], axis=0)
     middle = (low + high) / 2.0
     # The edge that closes a ring runs from its last station over the end to its first.
-    middle = np.where(high - low > length / 2.0, (middle + length / 2.0) % length, middle)
+    closing = (high - low > length / 2.0) & lattice.latitudes.polylines.closed[lattice.node_latitude[a]]
+    middle = np.where(closing, (middle + length / 2.0) % length, middle)
     station = np.where(on_ring, middle, 0.0)
     points[on_ring] = points_at(lattice.latitudes.polylines, latitude[on_ring], station[on_ring])
     points[~on_ring] = onto_surface(points[~on_ring], lattice)

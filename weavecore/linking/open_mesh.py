@@ -24,7 +24,7 @@ class OpenMesh:
 
 def open_mesh(surface: SurfaceMesh) -> OpenMesh:
     """The mesh itself where there is no cut."""
-    if not surface.cuts:
+    if not surface.is_cut.any():
         return OpenMesh(surface.vertices, surface.faces, surface.twins)
     twins = np.where(surface.is_cut, NO_TWIN, surface.twins)
     inner = np.flatnonzero(twins != NO_TWIN)

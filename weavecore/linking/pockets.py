@@ -14,8 +14,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from weavecore.errors import Degenerate
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.linking.band_mesh import mesh_bands, refine_edges
+from weavecore.linking.selvedges import Hem
 from weavecore.linking.voronoi import EdgeGraph, Regions
 from weavecore.model.latitudes import Latitudes
 
@@ -46,7 +47,7 @@ class Filling:
 
 
 def fill_bands(
-    latitudes: Latitudes, nodes: list[Floats], places: Floats, wanted: Ints, taken: Ints, edge_length: float
+    latitudes: Latitudes, nodes: list[Floats], hem: Hem, places: Floats, wanted: Ints, taken: Ints, edge_length: float
 ) -> Filling:
     """Fill bands of any topology with triangles.
 
@@ -55,6 +56,7 @@ def fill_bands(
     latitudes : Latitudes
     nodes : list of (n,) float64
         Stations of the nodes of each polyline.
+    hem : Hem
     places : (N, 3) float64
         Where these nodes are.
     wanted : (b,) int64
@@ -63,16 +65,14 @@ def fill_bands(
         Pairs of nodes that are joined already, the lesser first.
     edge_length : float
     """
-    mesh = mesh_bands(latitudes, nodes, wanted, edge_length)
-    first = offsets_of([len(stations) for stations in nodes])
-    seat_node = first[mesh.seat_polyline] + mesh.seat_index
+    mesh = mesh_bands(latitudes, nodes, hem, wanted, edge_length)
     graph = EdgeGraph(mesh)
     regions = Regions(mesh, graph, np.zeros(0, np.int64))
     hubs = _wide_places(regions, edge_length)
     for _ in range(_MOST_REPAIRS):
         if len(hubs) != regions.n_hubs:
             regions = Regions(mesh, graph, hubs)
-        owner_node = np.concatenate([seat_node, len(places) + np.arange(len(hubs))])
+        owner_node = np.concatenate([mesh.seat_node, len(places) + np.arange(len(hubs))])
         more, coarse = _missing_hubs(regions, owner_node, taken, LEAST_HUB_DEPTH * edge_length)
         hubs = np.concatenate([hubs, more])
         if coarse.any():

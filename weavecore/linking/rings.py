@@ -8,11 +8,19 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
-from weavecore.linking.division import divide_border, divide_evenly, index_at, points_at
+from weavecore.linking.division import divide_border, divide_evenly, divide_path, index_at, points_at
 from weavecore.linking.feet import find_feet
+from weavecore.linking.open_division import divide_open, divide_openly
 from weavecore.linking.patterns import Pattern
 from weavecore.linking.samples import SAMPLES_PER_NODE, find_spikes, sample_polylines
-from weavecore.linking.zipping import choose_tips, feet_of_nodes, nearest_tips, unroll_feet
+from weavecore.linking.zipping import (
+    choose_open_tips,
+    choose_tips,
+    feet_of_nodes,
+    nearest_tips,
+    raise_feet,
+    unroll_feet,
+)
 from weavecore.model.latitudes import Latitudes
 
 _DIVISIONS = 8
@@ -32,15 +40,18 @@ class Zip:
         Polylines.
     is_left : bool
         Whether the band lies on the left of the parent; if not, node ``i`` of the zip is
-        node ``-i`` of the parent.
+        node ``-i`` of the parent, or the last but ``i`` of an open one.
     tips : (n,) int64
         For each edge of the parent the node of the child over it, unrolled.
+    closed : bool
+        Whether the two are closed; if not, the last edge of either is one that closes it, and is none.
     """
 
     parent: int
     child: int
     is_left: bool
     tips: Ints
+    closed: bool = True
 
 
 class RingLinker:
@@ -56,9 +67,10 @@ class RingLinker:
         By polyline: stations of its spikes, where it has any.
     """
 
-    def __init__(self, latitudes: Latitudes, counts: Ints, pattern: Pattern) -> None:
+    def __init__(self, latitudes: Latitudes, counts: Ints, pattern: Pattern, strips: Bools) -> None:
         self._latitudes = latitudes
         self._counts = counts
+        self._strips = strips
         samples = sample_polylines(latitudes, counts)
         self._feet = find_feet(latitudes, samples)
         self.spikes = find_spikes(samples)
@@ -78,7 +90,13 @@ class RingLinker:
             length, count = float(polylines.lengths[p]), int(self._counts[p])
             if latitudes.generation[p] == 0:
                 part = slice(polylines.offsets[p], polylines.offsets[p + 1])
-                stations = divide_border(polylines.points[part], polylines.stations[part], length, count)
+                points, known = polylines.points[part], polylines.stations[part]
+                if polylines.closed[p]:
+                    stations = divide_border(points, known, length, count)
+                else:
+                    stations = divide_path(points, known, length, count - 1)
+            elif not polylines.closed[p]:
+                stations = self._divide_open_child(p, int(band_above[p]))
             else:
                 stations = self._divide_child(p, int(band_above[p]))
             self.nodes.append(stations)
@@ -103,6 +121,33 @@ class RingLinker:
         if _has_no_double_link(tips, count):
             self.zips[band] = Zip(parent, p, is_left, tips)
         return stations
+
+    def _divide_open_child(self, p: int, band: int) -> Floats:
+        """Stations of the nodes of an open child; zips its band if that is a plain strip."""
+        length, n_edges = float(self._latitudes.polylines.lengths[p]), int(self._counts[p]) - 1
+        if not self._strips[band]:
+            return divide_open(length, n_edges, self.spikes.get(p))
+        parent, is_left = self._parent_of(band)
+        n = len(self.nodes[parent])
+        index = self._foot_indices(p)
+        rising = raise_feet(index if is_left else index + (n - 1))
+        ways = divide_openly(length, n_edges, self.spikes.get(p), self._pattern)
+        if rising is None:
+            return ways[0].stations
+        known = np.linspace(0.0, length, len(rising))
+        wanted = self._wanted_steps(parent, is_left)
+        best, least, tips = ways[0], np.inf, None
+        for way in ways:
+            feet = np.interp(way.stations, known, rising)
+            feet[0], feet[-1] = 0.0, n - 1.0
+            pattern = self._pattern
+            found = choose_open_tips(feet[None], n, sits=pattern.child_sits, wanted=wanted, in_pairs=pattern.in_pairs)
+            if found.tips is not None and found.cost + way.cost < least:
+                best, least, tips = way, found.cost + way.cost, found.tips
+        if tips is not None:
+            self._links_above[p] = np.bincount(tips[:-1], minlength=len(best.stations)) + 1
+            self.zips[band] = Zip(parent, p, is_left, tips, closed=False)
+        return best.stations
 
     def _find_tips(
         self, parent: int, is_left: bool, child: int, rising: Optional[Floats], divisions: Floats
@@ -134,9 +179,12 @@ class RingLinker:
     def _wanted_steps(self, parent: int, is_left: bool) -> Ints:
         """How far the tip should advance at each node of the parent; one step where the links above are not known."""
         if parent not in self._links_above or not self._pattern.has_diagonals:
-            return np.ones(int(self._counts[parent]), np.int64)
+            return np.ones(len(self.nodes[parent]), np.int64)
         links = self._links_above[parent]
-        own = links if is_left else np.roll(links[::-1], 1)
+        if is_left or not self._latitudes.polylines.closed[parent]:
+            own = links if is_left else links[::-1]
+        else:
+            own = np.roll(links[::-1], 1)
         wanted: Ints = np.clip(_LINKS_OF_SIX - own - 1, 0, 2)
         return wanted
 
@@ -148,15 +196,17 @@ class RingLinker:
         index = np.empty(len(parent))
         for q in np.unique(parent).tolist():
             here = parent == q
-            index[here] = index_at(self.nodes[q], float(self._latitudes.polylines.lengths[q]), station[here])
+            lines = self._latitudes.polylines
+            index[here] = index_at(self.nodes[q], float(lines.lengths[q]), station[here], closed=bool(lines.closed[q]))
         return np.where(against, -index, index)
 
 
 def _plain_bands(latitudes: Latitudes) -> Bools:
-    """Bands between one parent and one child, with no handle."""
+    """Bands between one closed parent and one closed child, with no handle."""
     bands = latitudes.bands
     n_parents = np.bincount(rows_of(bands.offsets)[bands.is_parent], minlength=len(bands))
-    plain: Bools = (np.diff(bands.offsets) == 2) & (bands.euler == 0) & (n_parents == 1)
+    closed = latitudes.polylines.closed[bands.polyline[bands.offsets[:-1]]]
+    plain: Bools = (np.diff(bands.offsets) == 2) & (bands.euler == 0) & (n_parents == 1) & closed
     return plain
 
 

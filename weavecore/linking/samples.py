@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.linking.division import points_at
 from weavecore.model.latitudes import Latitudes
 
@@ -18,38 +18,43 @@ SPIKE = 0.72
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Places along closed polylines, polyline after polyline.
+    """Places along polylines, polyline after polyline.
 
     Parameters
     ----------
     offsets : (P+1,) int64
-        Samples of each polyline, `SAMPLES_PER_NODE` a node, the first at station 0.
+        Samples of each polyline, `SAMPLES_PER_NODE` a node, the first at station 0; of an open one the last at its end.
     owner : (M,) int64
         Polyline of each sample.
     step : (P,) float64
         Arc length from one to the next.
     points : (M, 3) float64
+    closed : (P,) bool
     """
 
     offsets: Ints
     owner: Ints
     step: Floats
     points: Floats
+    closed: Bools
 
     def beside(self, samples: Ints, shift: int) -> Ints:
-        """The samples so many steps further along the same polylines."""
+        """The samples so many steps further along the same polylines; not beyond the ends of open ones."""
         first = self.offsets[self.owner[samples]]
         count = self.offsets[self.owner[samples] + 1] - first
-        return first + (samples - first + shift) % count
+        place = samples - first + shift
+        beside: Ints = first + np.where(self.closed[self.owner[samples]], place % count, np.clip(place, 0, count - 1))
+        return beside
 
 
 def sample_polylines(latitudes: Latitudes, counts: Ints) -> Samples:
     """Sample every polyline according to the number of its nodes."""
     offsets = offsets_of(counts * SAMPLES_PER_NODE)
     owner = rows_of(offsets)
-    step: Floats = latitudes.polylines.lengths / np.diff(offsets)
+    closed = latitudes.polylines.closed
+    step: Floats = latitudes.polylines.lengths / (np.diff(offsets) - ~closed)
     station = (np.arange(len(owner)) - offsets[owner]) * step[owner]
-    return Samples(offsets, owner, step, points_at(latitudes.polylines, owner, station))
+    return Samples(offsets, owner, step, points_at(latitudes.polylines, owner, station), closed)
 
 
 def find_spikes(samples: Samples) -> dict[int, Floats]:
@@ -62,6 +67,8 @@ def find_spikes(samples: Samples) -> dict[int, Floats]:
     half = SAMPLES_PER_NODE // 2
     chord = samples.points[samples.beside(here, half)] - samples.points[samples.beside(here, -half)]
     ratio = np.linalg.norm(chord, axis=1) / (2 * half * samples.step[samples.owner])
+    count, rank = np.diff(samples.offsets)[samples.owner], here - samples.offsets[samples.owner]
+    ratio[~samples.closed[samples.owner] & ((rank < half) | (rank >= count - half))] = 1.0
     sharp = np.flatnonzero(ratio < SPIKE)
     for shift in range(1, half + 1):
         before, behind = ratio[samples.beside(sharp, -shift)], ratio[samples.beside(sharp, shift)]

@@ -101,13 +101,17 @@ def turn_upright(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: Ba
 def node_normals(latitudes: Latitudes, latitude: Ints, station: Floats, faces: BandFaces, n_nodes: int) -> Floats:
     """Where the surface looks at each node (N, 3), not of unit length; at a hub, where it looks at the nodes around."""
     polylines = latitudes.polylines
-    start = segments_at(polylines, latitude, station)
+    on_ring = np.flatnonzero(latitude >= 0)
+    latitude = latitude[on_ring]
+    start = segments_at(polylines, latitude, station[on_ring])
     ends = polylines.offsets[latitude + 1] - 1
     after = np.where(start == ends, polylines.offsets[latitude], start + 1)
     of_face = latitudes.surface.face_normals
     normals = np.zeros((n_nodes, 3))
-    normals[: len(latitude)] = of_face[polylines.face[start]] + of_face[polylines.face[after]]
+    normals[on_ring] = of_face[polylines.face[start]] + of_face[polylines.face[after]]
     tail, head, _ = faces.sides()
-    to_hub = head >= len(latitude)
+    is_ring = np.zeros(n_nodes, bool)
+    is_ring[on_ring] = True
+    to_hub = ~is_ring[head] & is_ring[tail]
     np.add.at(normals, head[to_hub], normals[tail[to_hub]])
     return normals

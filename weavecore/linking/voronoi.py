@@ -69,12 +69,12 @@ class Regions:
         self.graph = graph
         on_side = np.flatnonzero(mesh.seat >= 0)
         owner = mesh.seat.copy()
-        owner[hubs] = len(mesh.seat_index) + np.arange(len(hubs))
+        owner[hubs] = len(mesh.seat_node) + np.arange(len(hubs))
         self.distance, source = graph.nearest(np.concatenate([on_side, hubs]))
         self.owner: Ints = owner[source]
         self.source = source
         self.n_hubs = len(hubs)
-        self.n_owners = len(mesh.seat_index) + len(hubs)
+        self.n_owners = len(mesh.seat_node) + len(hubs)
 
     @cached_property
     def dual(self) -> Dual:

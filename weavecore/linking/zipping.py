@@ -10,6 +10,7 @@ six edges all the same.  So irregular nodes are passed on from ring to ring inst
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
@@ -21,6 +22,17 @@ _EVEN_SLANT = 0.55
 _SLANT_COST = 30.0
 _PAIR_COST = 2.0 * _IRREGULAR_COST
 _REACH = 2
+_PLACES = np.arange(-_REACH, _REACH + 1)
+"""Steps from the nearest node of the child to those that a tip may be."""
+
+
+def raise_feet(index: Floats) -> Optional[Floats]:
+    """Indices of the feet of samples along an open child, made to rise; None where they run back by more than an edge.
+
+    The first and the last sample stand on the ends of the parent, as the selvedge binds them.
+    """
+    rising: Floats = np.maximum.accumulate(index)
+    return None if (rising - index).max() > 1.0 else rising
 
 
 def unroll_feet(index: Floats, n_parent: int) -> Optional[Floats]:
@@ -46,6 +58,39 @@ def feet_of_nodes(rising: Floats, stations: Floats, length: float) -> Floats:
     at = (stations / length - turn) * (len(rising) - 1)
     feet: Floats = np.interp(at, np.arange(len(rising)), rising) + turn * (rising[-1] - rising[0])
     return feet
+
+
+def choose_open_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pairs: bool = False) -> OpenTips:
+    """The tips of a strip between two open polylines; see `choose_tips` for what is given, of one division (1, m).
+
+    Both are closed by an edge from their last node to the first, over which the strip is closed as well.
+    """
+    m = feet.shape[1]
+    # Where a tip stands above the middle of its edge, that of the closing edge is the child's first node again.
+    closing = m if sits > 0 else m - 1
+    edge = n_parent - 1 + np.arange(n_parent + 1)
+    best: Floats = (edge + sits).astype(np.float64)
+    base = np.clip(_nearest(feet[0], n_parent, best[:-1]), m, 2 * m - 1)
+    base[0] = closing
+    base = np.append(base, closing + m)
+    cost, child = _slant_costs(feet, n_parent, best, base)
+    real = np.zeros(len(edge), bool)
+    real[1:-1] = True
+    allowed = np.where(real[:, None], (child >= m) & (child < 2 * m), child == base[:, None])
+    cost[~allowed] = np.inf
+    step_cost = _step_costs(base, wanted[edge[1:] % n_parent], in_pairs=in_pairs)
+    step_cost[[0, -1]] = np.where(np.isfinite(step_cost[[0, -1]]), 0.0, np.inf)
+    total, _, offset = _cheapest_walk(cost, np.diff(base), step_cost, in_pairs=in_pairs)
+    tips = base + _PLACES[offset]
+    return OpenTips(total, np.append(tips[1:-1] - m, closing) if np.isfinite(total) else None)
+
+
+@dataclass(frozen=True, eq=False)
+class OpenTips:
+    """What a strip costs and its tips (n,), the last that of the closing edge; none where there is no way."""
+
+    cost: float
+    tips: Optional[Ints]
 
 
 def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pairs: bool = False) -> tuple[int, Ints]:
@@ -76,19 +121,31 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pa
     best: Floats = (edge + sits).astype(np.float64)
     base = _nearest(feet[0], n_parent, best[:-1])
     base = np.append(base, base[0] + m)
-    reach = np.arange(-_REACH, _REACH + 1)
-    child = base[:, None] + reach
+    cost, _ = _slant_costs(feet, n_parent, best, base)
+    step_cost = _step_costs(base, wanted[edge[1:] % n_parent], in_pairs=in_pairs)
+    _, division, offset = _cheapest_walk(cost, np.diff(base), step_cost, in_pairs=in_pairs)
+    tips = (base + _PLACES[offset])[:-1]
+    # Edges from the start on to the last, then those before the start, one turn on.
+    return division, np.concatenate([tips[n_parent - start :] - m, tips[: n_parent - start]])
+
+
+def _slant_costs(feet: Floats, n_parent: int, best: Floats, base: Ints) -> tuple[Floats, Ints]:
+    """What the slants cost of the tips (n + 1, w, d) that each edge may have, and these tips (n + 1, w)."""
+    m = feet.shape[1]
+    child = base[:, None] + _PLACES
     slant = np.moveaxis(feet[:, child % m] + n_parent * (child // m) - best[:, None], 0, 2)
-    cost = slant**2 + _SLANT_COST * np.maximum(np.abs(slant) - _EVEN_SLANT, 0.0) ** 2
+    cost: Floats = slant**2 + _SLANT_COST * np.maximum(np.abs(slant) - _EVEN_SLANT, 0.0) ** 2
+    return cost, child
+
+
+def _step_costs(base: Ints, wanted: Ints, *, in_pairs: bool) -> Floats:
+    """What it costs (n, s) where the tips advance by so many steps at each node."""
     steps = np.arange(max(2, int(np.diff(base).max()) + 1) + 1)
-    excess = steps - wanted[edge[1:] % n_parent][:, None]
+    excess = steps - wanted[:, None]
     step_cost: Floats = _IRREGULAR_COST * excess.astype(np.float64) ** 2
     if in_pairs:
         step_cost[:, steps % 2 == 0] = np.inf
-    division, offset = _cheapest_walk(cost, np.diff(base), step_cost, in_pairs=in_pairs)
-    tips = (base + reach[offset])[:-1]
-    # Edges from the start on to the last, then those before the start, one turn on.
-    return division, np.concatenate([tips[n_parent - start :] - m, tips[: n_parent - start]])
+    return step_cost
 
 
 def _calmest(wanted: Ints) -> int:
@@ -117,8 +174,8 @@ def _nearest(feet: Floats, n_parent: int, places: Floats) -> Ints:
     return nearest
 
 
-def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: bool) -> tuple[int, Ints]:
-    """The division with the cheapest way around, and that way: at which place of its row each tip is (Viterbi).
+def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: bool) -> tuple[float, int, Ints]:
+    """The cheapest way around, its division, and at which place of its row each tip is on it (Viterbi).
 
     The first tip is the cheapest one, and the last is the same one turn later.
 
@@ -148,7 +205,8 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: boo
         if in_pairs and i > 1:
             best = np.minimum(best, _after_staying(total, cost, stays, i))
         np.add(best, cost[i], out=total[i, :width])
-    division = int(np.argmin(total[-1, first, np.arange(cost.shape[2])]))
+    around = total[-1, first, np.arange(cost.shape[2])]
+    division = int(np.argmin(around))
     offset = np.full(n_edges, first[division])
     i = n_edges - 1
     while i > 0:
@@ -161,7 +219,7 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: boo
         else:
             offset[i - 1] = ways[np.argmin(reached)]
             i -= 1
-    return division, offset
+    return float(around[division]), division, offset
 
 
 def _stays(rise: Ints, width: int) -> Ints:

@@ -1,0 +1,225 @@
+"""Selvedges: the stretches of border from one end of an open polyline to the next.
+
+A selvedge is the side edge of a cloth, where the weft turns.  No distance starts from it; the lattice keeps
+it as a part of its border, with nodes of its own where it is long.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.linking.division import FEWEST_NODES, divide_border, divide_path
+from weavecore.model.latitudes import Latitudes
+from weavecore.model.surface import SurfaceMesh
+
+NONE = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Selvedge:
+    """One stretch of border, run with the surface on its left.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Where it begins, the vertices along it, and where it ends; of a closed one its vertices alone.
+    halfedge : (n,) int64
+        The halfedge of the surface's mesh on which the segment from each point lies; the last of an open one is none.
+    part : (n,) float64
+        Where on it the segment begins, 0 to 1.
+    stations : (n,) float64
+    length : float
+    first, last : (polyline, end) or None
+        The ends of polylines between which it lies: 0 for the beginning of one, 1 for its end.  None of a closed one.
+    """
+
+    points: Floats
+    halfedge: Ints
+    part: Floats
+    stations: Floats
+    length: float
+    first: tuple[int, int] | None
+    last: tuple[int, int] | None
+
+    @property
+    def closed(self) -> bool:
+        """Whether it is a whole border that no polyline ends on."""
+        return self.first is None
+
+
+def find_selvedges(latitudes: Latitudes) -> list[Selvedge]:
+    """All selvedges of a surface, loop after loop."""
+    surface = latitudes.surface
+    if not surface.is_selvedge.any():
+        return []
+    along = _border_halfedges(surface)
+    loop, place, who = _ends_on_borders(latitudes, along)
+    found: list[Selvedge] = []
+    for k, halfedges in enumerate(along):
+        here = np.flatnonzero(loop == k)
+        here = here[np.argsort(place[here], kind="stable")]
+        if len(here) == 0:
+            if surface.is_selvedge[halfedges].all():
+                found.append(_whole(surface, halfedges))
+            continue
+        for one, other in zip(here, np.roll(here, -1)):
+            if surface.is_selvedge[halfedges[int(place[one])]]:
+                ends = ((int(who[one, 0]), int(who[one, 1])), (int(who[other, 0]), int(who[other, 1])))
+                found.append(_between(surface, halfedges, float(place[one]), float(place[other]), ends))
+    return found
+
+
+def _border_halfedges(surface: SurfaceMesh) -> list[Ints]:
+    """The halfedges of every border, in its order."""
+    border = np.flatnonzero(surface.twins == NO_TWIN)
+    at = np.full(surface.n_vertices, NONE, np.int64)
+    at[halfedge_ends(surface.faces)[0][border]] = border
+    return [at[loop] for loop in surface.borders]
+
+
+def _ends_on_borders(latitudes: Latitudes, along: list[Ints]) -> tuple[Ints, Floats, Ints]:
+    """For every end of an open polyline on a border: the border, its place in edges of that, and (polyline, end)."""
+    surface, polylines = latitudes.surface, latitudes.polylines
+    rank, of = np.full(3 * surface.n_faces, NONE, np.int64), np.full(3 * surface.n_faces, NONE, np.int64)
+    for k, halfedges in enumerate(along):
+        rank[halfedges], of[halfedges] = np.arange(len(halfedges)), k
+    leaving = np.full(surface.n_vertices, NONE, np.int64)
+    leaving[halfedge_ends(surface.faces)[0][np.concatenate(along)]] = np.concatenate(along)
+    open_ = np.flatnonzero(~polylines.closed)
+    who = np.stack([np.repeat(open_, 2), np.tile([0, 1], len(open_))], axis=1)
+    point = np.stack([polylines.offsets[open_], polylines.offsets[open_ + 1] - 1], axis=1).ravel()
+    face, weights = polylines.face[point], polylines.barycentric[point]
+    row, apex = np.arange(len(point)), weights.argmin(1)
+    halfedge = 3 * face + (apex + 1) % 3
+    part = weights[row, (apex + 2) % 3]
+    at_vertex = latitudes.generation[who[:, 0]] == 0
+    vertex = surface.faces[face, weights.argmax(1)]
+    halfedge = np.where(at_vertex, leaving[vertex], halfedge)
+    part = np.where(at_vertex, 0.0, part)
+    on_border = (halfedge != NONE) & (of[halfedge] != NONE)
+    return of[halfedge][on_border], (rank[halfedge] + part)[on_border], who[on_border]
+
+
+def _whole(surface: SurfaceMesh, halfedges: Ints) -> Selvedge:
+    points = surface.vertices[halfedge_ends(surface.faces)[0][halfedges]]
+    step = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    stations = np.cumsum(step) - step
+    return Selvedge(points, halfedges, np.zeros(len(points)), stations, float(step.sum()), None, None)
+
+
+def _between(
+    surface: SurfaceMesh, halfedges: Ints, start: float, end: float, ends: tuple[tuple[int, int], tuple[int, int]]
+) -> Selvedge:
+    """The stretch of a border between two places, told in edges from its first vertex."""
+    n = len(halfedges)
+    end = end if end > start else end + n
+    inner = np.arange(int(np.floor(start)) + 1, int(np.ceil(end)))
+    place = np.concatenate([[start], inner, [end]])
+    at = np.minimum(np.floor(place), np.ceil(end) - 1).astype(np.int64) % n
+    part = place - np.minimum(np.floor(place), np.ceil(end) - 1)
+    tail, head = (ends_[halfedges[at]] for ends_ in halfedge_ends(surface.faces))
+    points = surface.vertices[tail] * (1.0 - part)[:, None] + surface.vertices[head] * part[:, None]
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    stations = np.concatenate([[0.0], np.cumsum(step)])
+    halfedge = halfedges[at]
+    halfedge[-1] = NONE
+    return Selvedge(points, halfedge, part, stations, float(stations[-1]), *ends)
+
+
+@dataclass(frozen=True, eq=False)
+class Hem:
+    """The selvedges of a surface with their nodes.
+
+    Parameters
+    ----------
+    selvedges : list of Selvedge
+    stations : list of (k,) float64
+        Stations of the nodes of each; of an open one the first and the last are ends of polylines.
+    nodes : list of (k,) int64
+        Numbers of these nodes.
+    places : (m, 3) float64
+        Where the nodes are that are on no polyline, numbered on from those that are.
+    """
+
+    selvedges: list[Selvedge]
+    stations: list[Floats]
+    nodes: list[Ints]
+    places: Floats
+
+    def edges(self) -> Ints:
+        """(e, 2) the edges along the selvedges, the lesser node first."""
+        rows = [np.zeros((0, 2), np.int64)]
+        for selvedge, nodes in zip(self.selvedges, self.nodes):
+            after = np.roll(nodes, -1)
+            rows.append(np.c_[nodes, after] if selvedge.closed else np.c_[nodes, after][:-1])
+        edges: Ints = np.sort(np.concatenate(rows), axis=1)
+        return edges
+
+
+def number_hem(selvedges: list[Selvedge], stations: list[Floats], n_nodes: Ints) -> Hem:
+    """Number the nodes of the selvedges, and place them.
+
+    Parameters
+    ----------
+    stations : list of (k,) float64
+    n_nodes : (P,) int64
+        Number of nodes of each polyline.
+    """
+    first = offsets_of(n_nodes)
+    count = int(first[-1])
+    nodes, places = [], [np.zeros((0, 3))]
+    for selvedge, at in zip(selvedges, stations):
+        inner = at if selvedge.closed else at[1:-1]
+        own = count + np.arange(len(inner))
+        count += len(inner)
+        ends = [
+            np.zeros(0, np.int64) if end is None else np.array([first[end[0] + end[1]] - end[1]])
+            for end in (selvedge.first, selvedge.last)
+        ]
+        nodes.append(np.concatenate([ends[0], own, ends[1]]))
+        places.append(points_on(selvedge, inner))
+    return Hem(selvedges, stations, nodes, np.concatenate(places))
+
+
+def points_on(selvedge: Selvedge, stations: Floats) -> Floats:
+    """Points (k, 3) at stations along a selvedge."""
+    known = np.append(selvedge.stations, selvedge.length) if selvedge.closed else selvedge.stations
+    points = np.concatenate([selvedge.points, selvedge.points[:1]]) if selvedge.closed else selvedge.points
+    return np.stack([np.interp(stations, known, points[:, k]) for k in range(3)], axis=1)
+
+
+def divide_selvedge(selvedge: Selvedge, edge_length: float) -> Floats:
+    """Stations of the nodes of a selvedge, those of its ends among them."""
+    count = int(np.rint(selvedge.length / edge_length))
+    if selvedge.first is None or selvedge.last is None:
+        return divide_border(selvedge.points, selvedge.stations, selvedge.length, max(count, FEWEST_NODES))
+    # What one polyline alone cuts off needs a corner of its own.
+    fewest = 2 if selvedge.first[0] == selvedge.last[0] else 1
+    return divide_path(selvedge.points, selvedge.stations, selvedge.length, max(count, fewest))
+
+
+def plain_strips(latitudes: Latitudes, selvedges: list[Selvedge], stations: list[Floats]) -> Bools:
+    """(B,) bands between one open parent and one open child, whose selvedges have no nodes of their own."""
+    bands, closed = latitudes.bands, latitudes.polylines.closed
+    side = bands.offsets[:-1]
+    two = np.diff(bands.offsets) == 2
+    second = np.minimum(side + 1, len(bands.polyline) - 1)
+    strip = two & (bands.euler == 1) & bands.is_parent[side] & ~bands.is_parent[second]
+    strip &= ~closed[bands.polyline[side]] & ~closed[bands.polyline[second]]
+    band_of = {
+        (int(p), bool(left)): b
+        for b in range(len(bands))
+        for p, left in zip(
+            bands.polyline[bands.offsets[b] : bands.offsets[b + 1]],
+            bands.is_left[bands.offsets[b] : bands.offsets[b + 1]],
+        )
+    }
+    for selvedge, at in zip(selvedges, stations):
+        if selvedge.first is not None and len(at) > 2:
+            # Beyond the end of a polyline lies its left side, beyond its beginning its right one.
+            strip[band_of[selvedge.first[0], selvedge.first[1] == 1]] = False
+    return np.asarray(strip)
