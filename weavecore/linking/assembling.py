@@ -28,7 +28,8 @@ def assemble(
 
     An edge along a polyline is latitudinal.  One that binds a child to its parent is
     longitudinal, also where several meet in one band, unless it is longer than
-    ``longest_link``; so is one from a polyline to a selvedge, and all along one are.  The others are of the second step.
+    ``longest_link``; so is one from a polyline to a selvedge, and all along one are.  The others are of the second
+    step.
     """
     corners, nodes = _without_idle_hubs(faces.corners, nodes, len(latitude))
     corners = corners[np.lexsort(np.sort(corners, axis=1).T)]

@@ -10,7 +10,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.linking.patterns import Pattern
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
@@ -23,16 +23,21 @@ _YIELDING = 2
 """How many nodes on either side of one that is moved give way."""
 
 
-def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern) -> Ints:
-    """Number of nodes (P,) of each polyline, so that its edges come nearest to ``edge_length``."""
+def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern, is_tongue: Bools) -> Ints:
+    """Number of nodes (P,) of each polyline, so that its edges come nearest to ``edge_length``.
+
+    An open one has an edge at least, and one more where it is a tongue (P,), that is where it alone cuts off a
+    stretch of border: as a single chord it might lie beyond it.
+    """
     step = pattern.count_step
     fewest = -(-FEWEST_NODES // step) * step
     ideal = latitudes.polylines.lengths / edge_length
     edges = np.maximum(np.rint(ideal / step).astype(np.int64) * step, fewest)
     is_open = ~latitudes.polylines.closed
     # With an odd number of edges an open polyline has an even number of nodes, as rings have.
-    odd = 2 * np.rint((ideal - 1.0) / 2.0).astype(np.int64) + 1 if pattern.in_pairs else np.rint(ideal).astype(np.int64)
-    edges[is_open] = np.maximum(odd, 1)[is_open]
+    step = 2 if pattern.in_pairs else 1
+    least = 1 + step * is_tongue
+    edges[is_open] = np.maximum(np.rint((ideal - 1.0) / step).astype(np.int64) * step + 1, least)[is_open]
     if pattern.count_slack > 1.0:
         for parent, child in ring_pairs(latitudes):
             if max(edges[parent] / ideal[child], ideal[child] / edges[parent]) <= pattern.count_slack:

@@ -19,7 +19,7 @@ from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
 from weavecore.linking.rings import RingLinker
-from weavecore.linking.selvedges import Hem, divide_selvedge, find_selvedges, number_hem, plain_strips
+from weavecore.linking.selvedges import Hem, divide_selvedges, find_selvedges, find_tongues, number_hem, plain_strips
 from weavecore.linking.splicing import faces_with_long_links, splice
 from weavecore.linking.uprighting import node_normals, turn_upright
 from weavecore.model.latitudes import Latitudes
@@ -67,9 +67,10 @@ def link_latitudes(
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
     tell(0.0, "dividing the latitudes")
     selvedges = find_selvedges(latitudes)
-    turns = [divide_selvedge(selvedge, length) for selvedge in selvedges]
+    turns = divide_selvedges(selvedges, length)
     strips = plain_strips(latitudes, selvedges, turns)
-    linker = RingLinker(latitudes, count_nodes(latitudes, length, design), design, strips)
+    counts = count_nodes(latitudes, length, design, find_tongues(latitudes, selvedges))
+    linker = RingLinker(latitudes, counts, design, strips)
     linker.run()
     counts = np.array([len(stations) for stations in linker.nodes], np.int64)
     latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)

@@ -7,6 +7,7 @@ it as a part of its border, with nodes of its own where it is long.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 
 NONE = -1
+
+End = tuple[int, int]
+"""A polyline, and 0 for its beginning or 1 for its end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +37,8 @@ class Selvedge:
         Where on it the segment begins, 0 to 1.
     stations : (n,) float64
     length : float
-    first, last : (polyline, end) or None
-        The ends of polylines between which it lies: 0 for the beginning of one, 1 for its end.  None of a closed one.
+    first, last : End, optional
+        The ends of polylines between which it lies; none of a closed one.
     """
 
     points: Floats
@@ -42,8 +46,8 @@ class Selvedge:
     part: Floats
     stations: Floats
     length: float
-    first: tuple[int, int] | None
-    last: tuple[int, int] | None
+    first: Optional[End]
+    last: Optional[End]
 
     @property
     def closed(self) -> bool:
@@ -111,9 +115,7 @@ def _whole(surface: SurfaceMesh, halfedges: Ints) -> Selvedge:
     return Selvedge(points, halfedges, np.zeros(len(points)), stations, float(step.sum()), None, None)
 
 
-def _between(
-    surface: SurfaceMesh, halfedges: Ints, start: float, end: float, ends: tuple[tuple[int, int], tuple[int, int]]
-) -> Selvedge:
+def _between(surface: SurfaceMesh, halfedges: Ints, start: float, end: float, ends: tuple[End, End]) -> Selvedge:
     """The stretch of a border between two places, told in edges from its first vertex."""
     n = len(halfedges)
     end = end if end > start else end + n
@@ -192,14 +194,35 @@ def points_on(selvedge: Selvedge, stations: Floats) -> Floats:
     return np.stack([np.interp(stations, known, points[:, k]) for k in range(3)], axis=1)
 
 
-def divide_selvedge(selvedge: Selvedge, edge_length: float) -> Floats:
-    """Stations of the nodes of a selvedge, those of its ends among them."""
-    count = int(np.rint(selvedge.length / edge_length))
-    if selvedge.first is None or selvedge.last is None:
-        return divide_border(selvedge.points, selvedge.stations, selvedge.length, max(count, FEWEST_NODES))
-    # What one polyline alone cuts off needs a corner of its own.
-    fewest = 2 if selvedge.first[0] == selvedge.last[0] else 1
-    return divide_path(selvedge.points, selvedge.stations, selvedge.length, max(count, fewest))
+def divide_selvedges(selvedges: list[Selvedge], edge_length: float) -> list[Floats]:
+    """Stations of the nodes of each selvedge, those of its ends among them."""
+    ends = {(selvedge.first, selvedge.last) for selvedge in selvedges}
+    divided = []
+    for selvedge in selvedges:
+        count = int(np.rint(selvedge.length / edge_length))
+        if selvedge.first is None or selvedge.last is None:
+            stations = divide_border(selvedge.points, selvedge.stations, selvedge.length, max(count, FEWEST_NODES))
+        else:
+            fewest = _fewest_edges(selvedge.first, selvedge.last, is_half=(selvedge.last, selvedge.first) in ends)
+            stations = divide_path(selvedge.points, selvedge.stations, selvedge.length, max(count, fewest))
+        divided.append(stations)
+    return divided
+
+
+def _fewest_edges(first: End, last: End, *, is_half: bool) -> int:
+    """A border keeps three nodes; ``is_half``: one on which there are but two ends."""
+    if first == last:
+        return FEWEST_NODES
+    return 2 if is_half else 1
+
+
+def find_tongues(latitudes: Latitudes, selvedges: list[Selvedge]) -> Bools:
+    """(P,) polylines that alone cut off a stretch of border."""
+    is_tongue = np.zeros(len(latitudes), bool)
+    for selvedge in selvedges:
+        if selvedge.first is not None and selvedge.last is not None and selvedge.first[0] == selvedge.last[0]:
+            is_tongue[selvedge.first[0]] = True
+    return is_tongue
 
 
 def plain_strips(latitudes: Latitudes, selvedges: list[Selvedge], stations: list[Floats]) -> Bools:
