@@ -35,6 +35,9 @@ _ASKED, _NEAREST = 24, 6
 
 _MOST_NEAR = 0.3
 
+_SHORTEST = 1e-3
+"""Steps along an open front at least."""
+
 _SHORT, _ROUND = 0.5, 0.02
 """Steps along a loop up to which it is small; area of a loop over the square of its length: 0.08 of a circle."""
 
@@ -54,7 +57,9 @@ def find_uncovered(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regroupe
     """
     curves, length = regrouped.curves, lengths_of(regrouped.curves)
     covered = _covered_lengths(ground, rays, ends, raw, regrouped)
-    is_new = (covered < _MOST_COVERED * length) & (length > np.pi * LEAST_CAP * rays.step) & _cross_edges(curves)
+    # How deep it is beyond an open one, which may cut off a narrow tip, is asked later.
+    least = np.where(curves.closed, np.pi * LEAST_CAP, _SHORTEST) * rays.step
+    is_new = (covered < _MOST_COVERED * length) & (length > least) & _cross_edges(curves)
     is_new[is_new] = ~_are_near(ground, rays, curves.take(is_new))
     is_new[is_new] = ~_are_islands(ground, curves.take(is_new), rays.step)
     free = np.where(is_new, length - covered, 0.0)
@@ -105,9 +110,9 @@ def _are_islands(ground: Ground, loops: Curves, step: float) -> Bools:
 
 
 def _cross_edges(curves: Curves) -> Bools:
-    """Which curves leave the face that they begin in; others are smaller than the mesh can tell."""
+    """Which curves leave the face that they begin in; others, if they are closed, are smaller than the mesh can tell."""
     leaves = curves.face != curves.face[curves.after]
-    return np.asarray(np.bincount(curves.owner, leaves, minlength=len(curves)) > 0)
+    return np.asarray((np.bincount(curves.owner, leaves, minlength=len(curves)) > 0) | ~curves.closed)
 
 
 def _covered_lengths(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regrouped: Regrouped) -> Floats:

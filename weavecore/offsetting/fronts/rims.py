@@ -15,8 +15,9 @@ import numpy as np
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.geometry.walking import Walks, walk_far
+from weavecore.geometry.walking import Walks, place_along, walk_far
 from weavecore.offsetting.fronts.aims import AT_RIM, FREE, OUT, Aims, between, is_out, strung, walks_along
+from weavecore.offsetting.fronts.chords import measure_chords
 from weavecore.offsetting.fronts.creeping import STRAIGHT, Crept, creep, fan
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.seeds import Seeds, aim
@@ -28,6 +29,9 @@ _HALVINGS = 44
 _MOST_ROUNDS = 12
 _ARRIVED = 1e-3
 """Parts of the step: a ray that a selvedge stops so shortly before its end arrives there."""
+
+_TRIALS = 16
+"""Parts in which the gap between two rays is looked through for a spike of a selvedge."""
 
 _AT_THE_VERTEX = 0.02
 _LEAST_WEDGE = 1e-6
@@ -45,6 +49,7 @@ def part_at_selvedges(
     rims = _Rims(ground, seeds.fronts, walks, step, ahead)
     rims.aims = _first_aims(ground, seeds, walks, reach)
     rims.open_ends()
+    rims.find_spikes()
     for _ in range(_MOST_ROUNDS):
         if not rims.settle():
             break
@@ -111,6 +116,27 @@ class _Rims:
         before = index if on_right else index - 1
         self._put_crept(before, end, pivot, place, angles if on_right else full - angles, on_right, full)
         return wedge > _LEAST_FAN
+
+    def find_spikes(self) -> None:
+        """Put rays that a selvedge stops between neighbours that pass it on both sides."""
+        aims, walks = self.aims, strung(self.walks, self.aims.walk)
+        i, j = self._neighbours()
+        both = (aims.state[i] == FREE) & (aims.state[j] == FREE) & (aims.lead[i] == 0) & (aims.lead[j] == 0)
+        i, j = i[both], j[both]
+        face, weights = place_along(walks, aims.reach)
+        apart = np.isinf(measure_chords(self.ground, face[i], weights[i], face[j], weights[j]))
+        i, j = i[apart], j[apart]
+        n = len(i)
+        if n == 0:
+            return
+        share = np.tile(np.arange(1, _TRIALS) / _TRIALS, n)
+        one, other = aims.take(np.repeat(i, _TRIALS - 1)), aims.take(np.repeat(j, _TRIALS - 1))
+        tried, tried_walks = between(self.ground, self.fronts, one, other, np.ones(len(share), bool), share)
+        is_stopped = (tried.state == OUT).reshape(n, -1)
+        for k in np.flatnonzero(is_stopped.any(1)).tolist():
+            chosen = np.arange(len(share)) == k * (_TRIALS - 1) + int(is_stopped[k].argmax())
+            self._put(int(i[k]), tried.take(chosen), tried_walks.take(chosen))
+        self._insert(np.ones(len(aims), bool))
 
     def settle(self) -> bool:
         """Put what belongs between neighbours of which one arrives; whether there were any."""
