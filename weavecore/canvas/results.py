@@ -20,6 +20,7 @@ from weavecore.model import (
     Weave,
     first_generations,
 )
+from weavecore.viewing.outlines import are_inside
 from weavecore.weaving.strands import find_strands
 
 _LETTERS = "LABP"
@@ -53,9 +54,13 @@ class RodResults(NamedTuple):
 
 
 def draw_surface(run: Run, surface: SurfaceMesh) -> tuple[list[Any], Any]:
-    """The borders, and the cuts of a closed surface, as closed curves; and the mesh."""
-    loops = [surface.vertices[loop] for loop in (*surface.borders, *surface.cuts)]
-    borders = [run.drawing.polyline(loop, is_closed=True) for loop in loops]
+    """The borders, the cuts of a closed surface and the origins inside it as curves; and the mesh."""
+    loops = [(loop, True) for loop in (*surface.borders, *surface.cuts)]
+    if surface.starts is not None:
+        inside = are_inside(surface, surface.starts).tolist()
+        paths = zip(surface.starts.paths, surface.starts.closed.tolist(), inside)
+        loops += [(path, closed) for path, closed, is_inside in paths if is_inside]
+    borders = [run.drawing.polyline(surface.vertices[loop], is_closed=closed) for loop, closed in loops]
     return borders, run.drawing.mesh(surface.vertices, surface.faces[:, [0, 1, 2, 2]])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Ints
+from weavecore.geometry.arrays import Bools, Ints, next_in_loop
 
 
 def fan_triangles(offsets: Ints, corners: Ints) -> tuple[Ints, Ints]:
@@ -17,6 +17,16 @@ def fan_quads(offsets: Ints, corners: Ints) -> tuple[Ints, Ints]:
     """Quads (Q, 4) as they are, larger faces as fans, triangles with their last corner twice; and the face of each."""
     sides = np.diff(offsets)
     return _fans(offsets, corners, np.where(sides == 4, 1, sides - 2))
+
+
+def nodes_on_border(offsets: Ints, corners: Ints, n_nodes: int) -> Bools:
+    """(N,) whether a node is the end of an edge with a single face."""
+    a, b = corners, corners[next_in_loop(offsets)]
+    key, count = np.unique(np.minimum(a, b) * n_nodes + np.maximum(a, b), return_counts=True)
+    naked = key[count == 1]
+    on_border = np.zeros(n_nodes, bool)
+    on_border[np.concatenate([naked // n_nodes, naked % n_nodes])] = True
+    return on_border
 
 
 def _fans(offsets: Ints, corners: Ints, n_parts: Ints) -> tuple[Ints, Ints]:

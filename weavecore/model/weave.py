@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.geometry.polygons import nodes_on_border
 from weavecore.model.bending import Bending
 from weavecore.model.clashes import Clashes
 from weavecore.model.joints import Joints
@@ -82,11 +83,7 @@ class Weave:
     @cached_property
     def is_border_node(self) -> Bools:
         """(N,) whether a node lies on a border of the surface."""
-        latitudes = self.lattice.latitudes
-        on_border = np.zeros(len(latitudes) + 1, bool)
-        on_border[: len(latitudes.surface.borders)] = True
-        flags: Bools = on_border[self.lattice.node_latitude]
-        return flags
+        return nodes_on_border(self.lattice.face_offsets, self.lattice.face_nodes, self.lattice.n_nodes)
 
     @cached_property
     def end_nodes(self) -> Ints:

@@ -10,7 +10,8 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.polygons import fan_triangles
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
-from weavecore.palette import LONGITUDES, POCKETS, WOVEN, latitude_colours
+from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN, latitude_colours
+from weavecore.viewing.outlines import outlines_of
 
 _ROD_OF_SPACING = 0.075
 _BORDER_SWELL, _LONGITUDE_SWELL = 1.45, 0.7
@@ -43,7 +44,7 @@ class Scene:
     radius : (R,) float64
         In the model's unit.
     borders : (n, 3) float64
-        Points of the borders.
+        Points of the borders, and of the origins inside.
     set_back : float
         How far the triangles are set back from the eye, so that rods that lie below them are seen.
     """
@@ -73,25 +74,21 @@ def scene_of(value: Drawable) -> Scene:
     return _of_weave(value) if isinstance(value, Weave) else _of_lattice(value)
 
 
-def _border_points(surface: SurfaceMesh) -> Floats:
-    loops = [*surface.borders, *surface.cuts]
-    return surface.vertices[np.concatenate(loops)] if loops else np.zeros((0, 3))
-
-
 def _of_surface(surface: SurfaceMesh) -> Scene:
-    loops = [*surface.borders, *surface.cuts]
-    starts = _border_points(surface)
-    ends = np.concatenate([np.roll(surface.vertices[loop], -1, axis=0) for loop in loops]) if loops else starts
+    outlines = outlines_of(surface)
+    starts, ends, is_selvedge = outlines.segments()
     n = len(starts)
+    colours = latitude_colours(np.zeros(n), 1).astype(float)
+    colours[is_selvedge] = SELVEDGES
     return Scene(
         surface.vertices,
         surface.faces,
         np.zeros(surface.n_faces, bool),
-        starts,
-        ends,
-        latitude_colours(np.zeros(n), 1).astype(float),
+        surface.vertices[starts],
+        surface.vertices[ends],
+        colours,
         np.full(n, surface.size * 0.003),
-        starts,
+        outlines.points,
     )
 
 
@@ -101,15 +98,24 @@ def _of_latitudes(latitudes: Latitudes) -> Scene:
     generation = latitudes.generation[lines.owner]
     swell = np.where(generation == 0, _BORDER_SWELL, 1.0)
     drawn = lines.segment_lengths > 0
+    outlines = outlines_of(surface)
+    a, b, is_selvedge = outlines.segments()
+    a, b = a[is_selvedge], b[is_selvedge]
+    radius = latitudes.spacing * _ROD_OF_SPACING
     return Scene(
         surface.vertices,
         surface.faces,
         np.zeros(surface.n_faces, bool),
-        lines.points[drawn],
-        lines.points[after][drawn],
-        latitude_colours(generation, latitudes.n_generations).astype(float)[drawn],
-        (swell * latitudes.spacing * _ROD_OF_SPACING)[drawn],
-        _border_points(surface),
+        np.concatenate([lines.points[drawn], surface.vertices[a]]),
+        np.concatenate([lines.points[after][drawn], surface.vertices[b]]),
+        np.concatenate(
+            [
+                latitude_colours(generation, latitudes.n_generations).astype(float)[drawn],
+                np.tile(np.array(SELVEDGES, float), (len(a), 1)),
+            ]
+        ),
+        np.concatenate([(swell * latitudes.spacing * _ROD_OF_SPACING)[drawn], np.full(len(a), radius)]),
+        outlines.points,
     )
 
 
@@ -133,7 +139,7 @@ def _of_lattice(lattice: Lattice) -> Scene:
         lattice.nodes[b],
         colours,
         swell * min(latitudes.spacing, lattice.edge_length) * _ROD_OF_SPACING,
-        _border_points(latitudes.surface),
+        outlines_of(latitudes.surface).points,
     )
 
 
@@ -153,7 +159,7 @@ def _of_weave(weave: Weave) -> Scene:
         samples.points[start + 1],
         colours[strand[start]],
         np.full(len(start), weave.rod_diameter / 2.0),
-        _border_points(lattice.latitudes.surface),
+        outlines_of(lattice.latitudes.surface).points,
         set_back=_LAYERS_BACK * weave.rod_diameter,
     )
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, next_in_loop
+from weavecore.geometry.polygons import nodes_on_border
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.units import with_unit
+from weavecore.viewing.outlines import chosen_borders
 
 Lines = list[tuple[str, str]]
 
@@ -16,9 +17,12 @@ _REGULAR_VALENCE = {"triangular": 6, "quad": 4}
 def describe_surface(surface: SurfaceMesh) -> Lines:
     """Name, faces and borders, and what was mended."""
     n_parts = int(surface.component_of_face.max()) + 1
-    parts = [_count(surface.n_faces, "face"), _count(len(surface.borders), "border")]
+    chosen, n_inside = chosen_borders(surface)
+    parts = [_count(surface.n_faces, "face"), _count(len(surface.borders), "border") + chosen]
     if surface.cuts:
         parts.append(_count(len(surface.cuts), "cut"))
+    if n_inside:
+        parts.append(_count(n_inside, "curve") + " inside")
     if n_parts > 1:
         parts.append(_count(n_parts, "component"))
     lines = [("surface", f"{surface.name or 'unnamed'}: {', '.join(parts)}")]
@@ -29,6 +33,9 @@ def describe_latitudes(latitudes: Latitudes) -> Lines:
     """Spacing, generations and polylines."""
     unit = latitudes.surface.unit
     count = f"{_count(len(latitudes), 'polyline')} in {_count(latitudes.n_generations, 'generation')}"
+    n_open = int((~latitudes.polylines.closed).sum())
+    if n_open:
+        count += f", {n_open:,} open"
     steps = latitudes.steps
     spacing = with_unit(steps.max(), unit)
     if len(steps) > 1:
@@ -78,21 +85,10 @@ def describe_weave(weave: Weave) -> Lines:
 def regular_share(lattice: Lattice) -> float | None:
     """Part of the inner nodes with as many edges as the pattern has; None where no node is inside, or none is known."""
     valence = np.bincount(lattice.edges.ravel(), minlength=lattice.n_nodes)
-    inner = ~_on_border(lattice)
+    inner = ~nodes_on_border(lattice.face_offsets, lattice.face_nodes, lattice.n_nodes)
     if lattice.pattern not in _REGULAR_VALENCE or not inner.any():
         return None
     return float((valence[inner] == _REGULAR_VALENCE[lattice.pattern]).mean())
-
-
-def _on_border(lattice: Lattice) -> Bools:
-    """(N,) nodes on an edge with a single face."""
-    n = lattice.n_nodes
-    a, b = lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)]
-    key, count = np.unique(np.minimum(a, b) * n + np.maximum(a, b), return_counts=True)
-    naked = key[count == 1]
-    on_border = np.zeros(n, bool)
-    on_border[np.concatenate([naked // n, naked % n])] = True
-    return on_border
 
 
 def _count(n: int, noun: str, nouns: str = "") -> str:

@@ -18,6 +18,7 @@ from weavecore.model import BuildSequence, Latitudes, Lattice, Strands, SurfaceM
 from weavecore.palette import latitude_colours, utilisation_colours
 from weavecore.units import with_unit
 from weavecore.viewing.choosing import choose_view
+from weavecore.viewing.outlines import outlines_of
 from weavecore.viewing.page.curves import (
     Curves,
     curves_of_borders,
@@ -51,8 +52,6 @@ def page_content(
     vertices, triangles = _drawn_surface(value, surface)
     low, high = vertices.min(0), vertices.max(0)
     centre = (low + high) / 2
-    loops = [*surface.borders, *surface.cuts]
-    borders = surface.vertices[np.concatenate(loops)] if loops else np.zeros((0, 3))
     return {
         "title": surface.name or "Unnamed surface",
         "stage": stage,
@@ -61,7 +60,7 @@ def page_content(
         "families": [{"name": family.name, "colour": list(family.colour)} for family in curves.families],
         "generationColours": latitude_colours(np.arange(n_generations), n_generations).tolist(),
         "utilisationColours": utilisation_colours(np.linspace(0, 1, _SHADES)).tolist(),
-        "view": choose_view(surface.vertices, surface.faces, borders).tolist(),
+        "view": choose_view(surface.vertices, surface.faces, outlines_of(surface).points).tolist(),
         "size": float(np.linalg.norm(high - low)),
         "surface": {
             "vertices": pack(vertices - centre, "Float32Array"),

@@ -13,7 +13,8 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.splines import CurveSamples
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.model.depths import node_generations
-from weavecore.palette import LONGITUDES, POCKETS, WOVEN
+from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN
+from weavecore.viewing.outlines import outlines_of
 
 _STEPS_PER_EDGE = 16
 _TURN = np.radians(5.0)
@@ -73,17 +74,17 @@ class Curves:
 
 
 def curves_of_borders(surface: SurfaceMesh) -> Curves:
-    """The borders and cuts of a surface."""
-    loops = [*surface.borders, *surface.cuts]
-    names = [f"border {k}" for k in range(len(surface.borders))] + [f"cut {k}" for k in range(len(surface.cuts))]
+    """The borders and cuts of a surface, or its origins and selvedges where origins were chosen."""
+    outlines = outlines_of(surface)
+    chosen = (Family("Origins", WOVEN["L"]), Family("Selvedges", SELVEDGES))[: 1 + outlines.is_selvedge.any()]
     return _straight(
-        np.concatenate([surface.vertices[loop] for loop in loops]) if loops else np.zeros((0, 3)),
-        offsets_of([len(loop) for loop in loops]),
-        np.ones(len(loops), bool),
-        np.zeros(sum(len(loop) for loop in loops)),
-        names=names,
-        families=(Family("Borders", WOVEN["L"]),),
-        family=np.zeros(len(loops), np.int64),
+        outlines.points,
+        outlines.offsets,
+        outlines.closed,
+        np.zeros(len(outlines.points)),
+        names=list(outlines.names),
+        families=(Family("Borders", WOVEN["L"]),) if surface.starts is None else chosen,
+        family=outlines.is_selvedge.astype(np.int64),
         radius=0.002 * surface.size,
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 from weavecore.geometry.arrays import Floats
 from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.units import with_unit
+from weavecore.viewing.outlines import chosen_borders
 from weavecore.viewing.page.curves import Curves
 
 Figure = dict[str, Any]
@@ -21,22 +22,26 @@ def figure(label: str, text: str, *, rod: Optional[int] = None, is_alarm: bool =
 
 def surface_figures(surface: SurfaceMesh) -> list[Figure]:
     """Faces, borders and size."""
-    rows = [
-        figure("Faces", f"{surface.n_faces:,}"),
-        figure("Borders", str(len(surface.borders))),
+    chosen, n_inside = chosen_borders(surface)
+    rows = [figure("Faces", f"{surface.n_faces:,}"), figure("Borders", f"{len(surface.borders)}{chosen}")]
+    if surface.cuts:
+        rows.append(figure("Cuts", str(len(surface.cuts))))
+    if n_inside:
+        rows.append(figure("Curves inside", str(n_inside)))
+    return [
+        *rows,
         figure("Euler characteristic", str(surface.euler_characteristic)),
         figure("Diagonal", with_unit(surface.size, surface.unit)),
     ]
-    return [*rows[:2], figure("Cuts", str(len(surface.cuts))), *rows[2:]] if surface.cuts else rows
 
 
 def latitudes_figures(latitudes: Latitudes) -> list[Figure]:
     """Generations, polylines and spacing."""
-    unit = latitudes.surface.unit
+    unit, n_open = latitudes.surface.unit, int((~latitudes.polylines.closed).sum())
     return [
         figure("Spacing", with_unit(latitudes.spacing, unit)),
         figure("Generations", str(latitudes.n_generations)),
-        figure("Polylines", f"{len(latitudes):,}"),
+        figure("Polylines", f"{len(latitudes):,}" + (f", {n_open:,} open" if n_open else "")),
         figure("Length in all", _total(latitudes.polylines.lengths, unit)),
     ]
 

@@ -1,0 +1,110 @@
+"""The lines of a surface that are drawn and counted: where distances start, and the borders where none does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.model import Origins, SurfaceMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """Paths along edges of a surface.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    paths : tuple of (n,) int64
+        Vertices; the first of a closed one is not repeated.
+    closed, is_selvedge : (L,) bool
+    names : tuple of str
+    """
+
+    surface: SurfaceMesh
+    paths: tuple[Ints, ...]
+    closed: Bools
+    is_selvedge: Bools
+    names: tuple[str, ...]
+
+    @cached_property
+    def points(self) -> Floats:
+        """(N, 3) points of all, one path after the other."""
+        points: Floats = self.surface.vertices[np.concatenate([np.zeros(0, np.int64), *self.paths])]
+        return points
+
+    @cached_property
+    def offsets(self) -> Ints:
+        """(L+1,) where the points of each begin."""
+        return offsets_of([len(path) for path in self.paths])
+
+    def segments(self) -> tuple[Ints, Ints, Bools]:
+        """First and second vertex of every segment, and whether it is of a selvedge."""
+        nothing = np.zeros(0, np.int64)
+        ends = [(path, np.roll(path, -1)) if c else (path[:-1], path[1:]) for path, c in zip(self.paths, self.closed)]
+        marks = np.repeat(self.is_selvedge, np.array([len(a) for a, _ in ends], np.int64))
+        return np.concatenate([nothing, *(a for a, _ in ends)]), np.concatenate([nothing, *(b for _, b in ends)]), marks
+
+
+def outlines_of(surface: SurfaceMesh) -> Outlines:
+    """The borders, then the cuts; where origins were chosen these, then the selvedges, border by border."""
+    if surface.starts is None:
+        paths: list[Ints] = [*surface.borders, *surface.cuts]
+        names = [f"border {k}" for k in range(len(surface.borders))] + [f"cut {k}" for k in range(len(surface.cuts))]
+        flags = np.ones(len(paths), bool), np.zeros(len(paths), bool)
+        return Outlines(surface, tuple(paths), *flags, tuple(names))
+    origins, selvedges = surface.starts, _selvedges(surface)
+    n, m = len(origins), len(selvedges)
+    return Outlines(
+        surface,
+        (*origins.paths, *(path for path, _ in selvedges)),
+        np.concatenate([origins.closed, np.array([closed for _, closed in selvedges], bool)]),
+        np.arange(n + m) >= n,
+        (*(f"origin {k}" for k in range(n)), *(f"selvedge {k}" for k in range(m))),
+    )
+
+
+def _selvedges(surface: SurfaceMesh) -> list[tuple[Ints, bool]]:
+    """The stretches of border between origins, and whether each is a whole border."""
+    tail, head = halfedge_ends(surface.faces)
+    n = surface.n_vertices
+    keys = (tail * n + head)[surface.is_selvedge]
+    found: list[tuple[Ints, bool]] = []
+    for loop in surface.borders:
+        flag = np.isin(loop * n + np.roll(loop, -1), keys)
+        if flag.all():
+            found.append((loop, True))
+            continue
+        begins = np.flatnonzero(flag & ~np.roll(flag, 1))
+        ends = np.flatnonzero(~flag & np.roll(flag, 1))
+        for k in begins.tolist():
+            length = int(((ends - k) % len(loop)).min())
+            found.append((np.roll(loop, -k)[: length + 1], False))
+    return found
+
+
+def chosen_borders(surface: SurfaceMesh) -> tuple[str, int]:
+    """In words to follow the number of borders how many of them were chosen; and how many curves inside were.
+
+    The words are empty where distances start at all borders.
+    """
+    if surface.starts is None:
+        return "", 0
+    inside, closed = are_inside(surface, surface.starts), surface.starts.closed
+    whole, parts = int((~inside & closed).sum()), int((~inside & ~closed).sum())
+    told = [f"{whole} chosen"] if whole else []
+    told += [f"{parts} chosen in part"] if parts else []
+    return f" ({', '.join(told) or 'none chosen'})" if surface.borders else "", int(inside.sum())
+
+
+def are_inside(surface: SurfaceMesh, origins: Origins) -> Bools:
+    """(O,) whether each origin runs inside the surface, and not along a border."""
+    tail, head = halfedge_ends(surface.faces)
+    n, on_border = surface.n_vertices, surface.twins == NO_TWIN
+    first = np.array([path[0] * n + path[1] for path in origins.paths], np.int64)
+    inside: Bools = ~np.isin(first, (tail * n + head)[on_border])
+    return inside
