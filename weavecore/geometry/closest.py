@@ -12,6 +12,45 @@ from weavecore.geometry.arrays import Floats, Ints
 _POINTS_AT_ONCE = 4096
 
 
+class FaceFinder:
+    """Finds the closest faces of a mesh for one set of points after the other.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+    """
+
+    def __init__(self, vertices: Floats, faces: Ints) -> None:
+        from scipy.spatial import cKDTree
+
+        self._corners = vertices[faces]
+        middle = self._corners.mean(1)
+        radius = np.linalg.norm(self._corners - middle[:, None], axis=2).max(1)
+        # The nearest vertex bounds the distance, so a closest face has its middle no further than
+        # that and its own radius.  Faces of like size are searched together: a few large ones
+        # must not widen the search among the small.
+        size = np.frexp(radius)[1]
+        classes = [np.flatnonzero(size == s) for s in np.unique(size)]
+        self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in classes]
+        self._vertices = cKDTree(vertices[np.unique(faces)])
+
+    def find(self, points: Floats) -> tuple[Ints, Floats]:
+        """The closest face of each point, and the place on it; see `closest_faces`."""
+        bound = np.asarray(self._vertices.query(points)[0], np.float64)
+        best = np.zeros(len(points), np.int64)
+        place = np.zeros((len(points), 3))
+        for begin in range(0, len(points), _POINTS_AT_ONCE):
+            block = slice(begin, begin + _POINTS_AT_ONCE)
+            row, face = _candidates(points[block], bound[block], self._trees)
+            foot = nearest_on_triangles(points[block][row], self._corners[face])
+            gap = np.linalg.norm(foot - points[block][row], axis=1)
+            order = np.lexsort((face, gap, row))
+            first = order[np.unique(row[order], return_index=True)[1]]
+            best[block], place[block] = face[first], foot[first]
+        return best, place
+
+
 def closest_faces(points: Floats, vertices: Floats, faces: Ints) -> tuple[Ints, Floats]:
     """Find the closest face of each point, and the place on it.
 
@@ -27,30 +66,7 @@ def closest_faces(points: Floats, vertices: Floats, faces: Ints) -> tuple[Ints, 
         Where several are as close, the least.
     place : (n, 3) float64
     """
-    from scipy.spatial import cKDTree
-
-    corners = vertices[faces]
-    middle = corners.mean(1)
-    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(1)
-    # The nearest vertex bounds the distance, so a closest face has its middle no further than
-    # that and its own radius.  Faces of like size are searched together: a few large ones
-    # must not widen the search among the small.
-    size = np.frexp(radius)[1]
-    classes = [np.flatnonzero(size == s) for s in np.unique(size)]
-    trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in classes]
-    used = np.unique(faces)
-    bound = np.asarray(cKDTree(vertices[used]).query(points)[0], np.float64)
-    best = np.zeros(len(points), np.int64)
-    place = np.zeros((len(points), 3))
-    for begin in range(0, len(points), _POINTS_AT_ONCE):
-        block = slice(begin, begin + _POINTS_AT_ONCE)
-        row, face = _candidates(points[block], bound[block], trees)
-        foot = nearest_on_triangles(points[block][row], corners[face])
-        gap = np.linalg.norm(foot - points[block][row], axis=1)
-        order = np.lexsort((face, gap, row))
-        first = order[np.unique(row[order], return_index=True)[1]]
-        best[block], place[block] = face[first], foot[first]
-    return best, place
+    return FaceFinder(vertices, faces).find(points)
 
 
 def _candidates(points: Floats, bound: Floats, trees: list[tuple[Ints, Any, float]]) -> tuple[Ints, Ints]:

@@ -15,7 +15,7 @@ from weavecore.geometry.curve_points import segments_of
 _NEAR, _NEAR_OF_SIZE = 0.1, 0.01
 """A point is beside a border that is nearer than the first part of the edges there, and the second of the size."""
 
-_MOST_RUN = 15.0
+_MOST_RUN = 30.0
 """So many times this distance a curve may run beside a border, where it does not run along it altogether."""
 
 _ON_BORDER = 1e-3  # of the edges there: as good as on it
@@ -92,17 +92,23 @@ class CurveBesideBorder:
         places = np.where(on_border[:, None], self.border.place[::2], self.curve.places)
         first, last = self._inner()
         rows = np.unique(np.concatenate([[0], np.arange(first, last + 1), [n - 1]]))
-        return replace(self.curve, places=places).take(rows), on_border[rows]
+        face = np.where(on_border, self.border.halfedge[::2] // 3, self.curve.face)
+        return replace(self.curve, places=places, face=face).take(rows), on_border[rows]
 
     def _inner(self) -> tuple[int, int]:
-        """The first and the last point that is neither an end nor beside the border together with one."""
+        """The first and the last point that are no ends, nor as near to one that is put on the border."""
         n = len(self.curve.places)
         if self.curve.is_closed:
             return 0, n - 1
-        clear = np.flatnonzero(~self.is_beside[::2])
-        if len(clear) == 0:
-            return 1, 0
-        return max(int(clear[0]), 1), min(int(clear[-1]), n - 2)
+        first, last = 1, n - 2
+        foot, near, places = self.border.place[::2], self.near[::2], self.curve.places
+        if self.is_beside[0]:
+            clear = np.linalg.norm(places - foot[0], axis=1) > near[0]
+            first = max(first, int(np.argmax(clear)) if clear.any() else n)
+        if self.is_beside[-1]:
+            clear = np.linalg.norm(places - foot[-1], axis=1) > near[-1]
+            last = min(last, n - 1 - int(np.argmax(clear[::-1])) if clear.any() else -1)
+        return first, last
 
 
 def curve_beside_border(

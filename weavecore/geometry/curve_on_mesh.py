@@ -8,7 +8,7 @@ import numpy as np
 
 from weavecore.errors import BadCurve
 from weavecore.geometry.arrays import Bools, Floats, Ints
-from weavecore.geometry.closest import closest_faces
+from weavecore.geometry.closest import FaceFinder
 from weavecore.geometry.curve_points import (
     clean_curve,
     divided,
@@ -26,10 +26,11 @@ _SLACK_OF_ROOM = 0.1
 """And to this part of the distance to where it comes back to itself."""
 
 _LEAST_SLACK = 1e-4  # of what it is where the curve does not come back to itself
-_KINK = np.radians(30)
-_SHORTEST = 0.1  # of the edge below it: a shorter curve is lost on the mesh
-_FAR, _FAR_BETWEEN = 0.02, 0.1
-"""Parts of the size of the mesh that the points of a curve, and its chords between them, may lie off it."""
+_KINK, _SHARP = np.radians(30), np.radians(120)
+_SHORTEST = 0.1  # of the least height of a face below it: a shorter curve is lost on the mesh
+_FAR_OF_EDGE, _FAR, _FAR_BETWEEN = 0.25, 0.02, 0.1
+"""The points of a curve may lie off the mesh by these parts of the edge there or of the mesh's size, whichever is
+more; the chords between them by this part of its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,8 @@ class CurveOnMesh:
     ----------
     places : (n, 3) float64
         On the mesh.
+    face : (n,) int64
+        The face that each lies on.
     is_closed : bool
     is_exact : (n,) bool
         Whether a place may not be moved: a kink, or an end.
@@ -52,6 +55,7 @@ class CurveOnMesh:
     """
 
     places: Floats
+    face: Ints
     is_closed: bool
     is_exact: Bools
     room: Floats
@@ -60,21 +64,15 @@ class CurveOnMesh:
 
     def take(self, rows: Ints) -> CurveOnMesh:
         """Some of the points."""
-        return CurveOnMesh(
-            self.places[rows],
-            self.is_closed,
-            self.is_exact[rows],
-            self.room[rows],
-            self.edge[rows],
-            self.height[rows],
-        )
+        kept = (self.is_exact[rows], self.room[rows], self.edge[rows], self.height[rows])
+        return CurveOnMesh(self.places[rows], self.face[rows], self.is_closed, *kept)
 
 
 class _Ground:
     """The mesh below a curve."""
 
     def __init__(self, vertices: Floats, faces: Ints) -> None:
-        self.vertices, self.faces = vertices, faces
+        self._finder = FaceFinder(vertices, faces)
         corners = vertices[faces]
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -84,7 +82,7 @@ class _Ground:
 
     def below(self, points: Floats) -> tuple[Ints, Floats, Floats]:
         """Face below each point, place on it and distance from it."""
-        face, place = closest_faces(points, self.vertices, self.faces)
+        face, place = self._finder.find(points)
         return face, place, np.linalg.norm(points - place, axis=1)
 
     def side_at(self, points: Floats) -> Floats:
@@ -113,11 +111,11 @@ def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: fl
     points, is_closed = clean_curve(curve, tolerance)
     ground = _Ground(vertices, faces)
     face, _, gap = ground.below(points)
-    _refuse_far(points, gap, max(tolerance, _FAR * ground.size))
     side = ground.mean_side[face]
+    _refuse_far(points, gap, np.maximum(_FAR_OF_EDGE * side, max(tolerance, _FAR * ground.size)))
     start, end = segments_of(points, is_closed)
     length = float(np.linalg.norm(end - start, axis=1).sum())
-    if length < _SHORTEST * side.min():
+    if length < _SHORTEST * ground.height[face].min():
         raise BadCurve(
             f"A curve of the length {length:.4g} is lost on a mesh with edges of {side.min():.4g}",
             remedy="Give a longer one, or a finer mesh.",
@@ -125,10 +123,9 @@ def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: fl
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     slack = np.minimum(_SLACK_OF_EDGE * side, _SLACK_OF_EXTENT * extent)
     told, is_exact, room = _told_by_points(points, is_closed, slack, ground)
-    _, place, gap = ground.below(told)
-    _refuse_far(told, gap, max(tolerance, _FAR_BETWEEN * ground.size))
-    below = ground.below(told)[0]
-    return CurveOnMesh(place, is_closed, is_exact, room, ground.mean_side[below], ground.height[below])
+    below, place, gap = ground.below(told)
+    _refuse_far(told, gap, np.full(len(told), max(tolerance, _FAR_BETWEEN * ground.size)))
+    return CurveOnMesh(place, below, is_closed, is_exact, room, ground.mean_side[below], ground.height[below])
 
 
 def _told_by_points(points: Floats, is_closed: bool, slack: Floats, ground: _Ground) -> tuple[Floats, Bools, Floats]:
@@ -148,14 +145,16 @@ def _told_by_points(points: Floats, is_closed: bool, slack: Floats, ground: _Gro
         if not (least < slack).any():
             break
         slack = np.minimum(slack, least)
+    is_given, turn = given >= 0, turns(points[kept], is_closed)
     is_exact = np.zeros(len(line), bool)
-    is_exact[given >= 0] = keep_ends(turns(points[kept], is_closed) > _KINK, is_closed)
+    is_exact[is_given] = keep_ends(turn > _KINK, is_closed)
+    room[np.flatnonzero(is_given)[turn > _SHARP]] = 0.0  # both sides come together there
     return line, is_exact, room
 
 
-def _refuse_far(points: Floats, gap: Floats, most: float) -> None:
-    worst = int(np.argmax(gap))
-    if gap[worst] > most:
+def _refuse_far(points: Floats, gap: Floats, most: Floats) -> None:
+    worst = int(np.argmax(gap - most))
+    if gap[worst] > most[worst]:
         x, y, z = points[worst].tolist()
         raise BadCurve(
             f"The curve lies up to {gap[worst]:.4g} off the surface, near ({x:.6g}, {y:.6g}, {z:.6g})",

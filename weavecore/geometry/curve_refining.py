@@ -6,7 +6,7 @@ import numpy as np
 
 from weavecore.errors import TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
-from weavecore.geometry.closest import closest_faces, nearest_on_triangles
+from weavecore.geometry.closest import nearest_on_triangles
 from weavecore.geometry.edge_splitting import NOT_SPLIT, split_edges
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, halfedge_ends
 
@@ -14,8 +14,8 @@ _MOST_FACES = 2_000_000
 
 
 def refine_along(
-    vertices: Floats, faces: Ints, points: Floats, longest: Floats, fixed: Ints
-) -> tuple[Floats, Ints, Ints]:
+    vertices: Floats, faces: Ints, points: Floats, face: Ints, longest: Floats, fixed: Ints
+) -> tuple[Floats, Ints, Ints, Ints]:
     """Halve the edges of the faces that points lie on until they are short enough.
 
     The longest edge of a face is halved first (Rivara 1984), so that no angle becomes much smaller; a
@@ -26,14 +26,16 @@ def refine_along(
     vertices : (V, 3) float64
     faces : (F, 3) int64
     points : (n, 3) float64
+    face : (n,) int64
+        The face that each point lies on.
     longest : (n,) float64
-        Longest edge that the face below each point may have.
+        Longest edge that this face may have.
     fixed : (m, 2) int64
         Edges that may not be halved.
 
     Returns
     -------
-    vertices, faces, twins
+    vertices, faces, twins, face
         The given vertices first; row ``f`` is face ``f`` or a part of it.
 
     Raises
@@ -41,7 +43,6 @@ def refine_along(
     TooMuchWork
     """
     twins = find_twins(faces, len(vertices))
-    face = closest_faces(points, vertices, faces)[0]
     while True:
         is_fixed = flags_of_edges(faces, fixed)
         length = np.linalg.norm(vertices[faces[:, [1, 2, 0]]] - vertices[faces], axis=2)
@@ -51,7 +52,7 @@ def refine_along(
         marked = np.zeros(length.shape, bool)
         too_long = np.flatnonzero(length.max(1) > limit)
         if len(too_long) == 0:
-            return vertices, faces, twins
+            return vertices, faces, twins, face
         _check_count(len(faces))
         marked[too_long, np.argmax(length[too_long], axis=1)] = True
         vertices, middle = _middles(vertices, faces, twins, _with_longest(length, twins, marked.ravel()))

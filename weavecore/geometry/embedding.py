@@ -113,11 +113,10 @@ def _draw_across(
     step = np.linalg.norm(end - start, axis=1)
     wider = np.maximum(step, np.roll(step, 1)) if curve.is_closed else np.maximum(np.r_[step, 0], np.r_[0, step])
     longest = np.maximum(_EDGE_PER_STEP * wider, _LEAST_EDGE * curve.edge)
-    vertices, faces, twins = refine_along(vertices, faces, curve.places, longest, fixed)
+    vertices, faces, twins, below = refine_along(vertices, faces, curve.places, curve.face, longest, fixed)
     mesh = GrowingMesh(vertices, faces, twins)
-    below, place = closest_faces(curve.places, vertices, faces)
     path = PathDrawing(mesh, fixed).draw(
-        place, below, is_exact=curve.is_exact, room=curve.room, on_border=on_border, is_closed=curve.is_closed
+        curve.places, below, is_exact=curve.is_exact, room=curve.room, on_border=on_border, is_closed=curve.is_closed
     )
     return mesh, path
 

@@ -15,8 +15,10 @@ _NEAR, _AT = 0.04, 1e-3
 or of the face's height there."""
 
 _NEAR_OTHERS = 0.2  # of the room beside the curve, so that what lies beside one another keeps its order
+_NEAR_ENDS = 0.25  # of the way from a crossing to either end, so that the path does not overshoot
 _SAME = 1e-9  # of an edge: nearer than this there is no way between
 _MOST_HALVINGS = 8
+_MOST_LEFT_OUT = 3  # points one after the other that may be moved, and need not be gone through
 _MOST_STEPS = 100_000
 
 _ITSELF, _OTHER, _BORDER, _OFF = (
@@ -33,12 +35,10 @@ _REMEDY = {
 }
 
 
-class _Stuck(Exception):
-    """The way is barred; by what, and where."""
-
-    def __init__(self, by: str, place: Floats) -> None:
-        super().__init__(by)
-        self.by, self.place = by, place
+def _stuck(by: str, place: Floats) -> BadCurve:
+    """What is told where the way is barred."""
+    x, y, z = place.tolist()
+    return BadCurve(f"The curve {by} near ({x:.6g}, {y:.6g}, {z:.6g})", remedy=_REMEDY[by])
 
 
 class PathDrawing:
@@ -89,15 +89,20 @@ class PathDrawing:
         BadCurve
         """
         reach = _NEAR_OTHERS * room
+        refused = list[BadCurve]()
         for row in range(len(places)):
             near = _AT if is_exact[row] else _NEAR
             try:
                 vertex = self._put(places[row], int(faces[row]), near, float(reach[row]), bool(on_border[row]))
-            except _Stuck as stuck:
-                raise _refusal(stuck) from None
-            self._go_on(vertex, min(reach[row - 1], reach[row]) if row else 0.0)
+                self._go_on(vertex, float(min(reach[row - 1], reach[row])))
+                refused.clear()
+            except BadCurve as refusal:
+                # Where sheets of the surface lie on one another, a point may have been found on the wrong one.
+                refused.append(refusal)
+                if is_exact[row] or row == 0 or len(refused) > _MOST_LEFT_OUT:
+                    raise refused[0] from None
         if is_closed:
-            self._go_on(self._path[0], min(reach[0], reach[-1]))
+            self._go_on(self._path[0], float(min(reach[0], reach[-1])))
             self._path.pop()
         return np.array(self._path, np.int64)
 
@@ -117,14 +122,14 @@ class PathDrawing:
         length, start = len(self._path), self._path[-1]
         try:
             self._walk(goal, reach)
-        except _Stuck as stuck:
+        except BadCurve:
             for vertex in self._path[length:]:
                 if self._order[vertex] >= length:
                     del self._order[vertex]
             del self._path[length:]
             middle = self._middle(start, goal) if halvings else None
             if middle is None or middle in (start, goal):
-                raise _refusal(stuck) from None
+                raise
             self._draw_leg(middle, reach, halvings - 1)
             self._draw_leg(goal, reach, halvings - 1)
 
@@ -132,12 +137,12 @@ class PathDrawing:
         """A vertex at the place on the surface that is nearest to the middle between two; None where it is barred."""
         one, other = self._mesh.point(start), self._mesh.point(goal)
         middle, far = (one + other) / 2, float(np.linalg.norm(other - one))
-        near = (np.abs(self._vertices - middle).max(1) <= far)[self._faces].any(1)
-        rows = np.flatnonzero(near) if near.any() else np.arange(len(self._faces))
+        corners = self._vertices[self._faces]
+        rows = np.flatnonzero(((corners.min(1) <= middle + far) & (corners.max(1) >= middle - far)).all(1))
         face, place = closest_faces(middle[None], self._vertices, self._faces[rows])
         try:
             return self._put(place[0], int(rows[face[0]]), _AT, 0.0, on_border=False)
-        except _Stuck:
+        except BadCurve:
             return None
 
     def _walk(self, goal: int, reach: float) -> None:
@@ -151,35 +156,38 @@ class PathDrawing:
             place = self._mesh.point(vertex)
             if np.linalg.norm(self._mesh.point(goal) - place) > far:
                 break
-        raise _Stuck(_OFF, self._mesh.point(goal))
+        raise _stuck(_OFF, self._mesh.point(goal))
 
     def _step(self, here: int, goal: int, reach: float) -> int:
         """The next vertex on the straight way to the goal."""
         mesh = self._mesh
-        fan = mesh.fan(here)
-        links = [(h, mesh.head(h), mesh.tail(mesh.before(h))) for h in fan]
-        if any(goal in (a, b) for _, a, b in links):
-            return goal
         origin = mesh.point(here)
+        fan, link = mesh.fan(here), self._link(here)
+        if goal in link:
+            return goal
         ahead = mesh.point(goal) - origin
-        across = np.cross(ahead, self._normal(fan) + self._normal(mesh.fan(goal)))
+        around = mesh.vertices[link] - origin
+        normal = np.cross(around[:, 0], around[:, 1]).sum(0) + self._normal(goal)
+        height = around @ np.cross(ahead, normal)
         best, found = 0.0, None
-        for halfedge, a, b in links:
-            one, other = mesh.point(a) - origin, mesh.point(b) - origin
-            part = _crossing(float(one @ across), float(other @ across))
+        for k, (one, other) in enumerate(height.tolist()):
+            part = _crossing(one, other)
             if part is None:
                 continue
-            place = one + part * (other - one)
+            place = around[k, 0] + part * (around[k, 1] - around[k, 0])
             cosine = float(place @ ahead) / max(float(np.linalg.norm(place)), np.finfo(float).tiny)
             if cosine > best:
-                best, found = cosine, (mesh.after(halfedge), a, b, part)
+                best, found = cosine, (mesh.after(fan[k]), part, float(np.linalg.norm(place - ahead)), place)
         if found is None:
-            raise _Stuck(_OFF, origin)
-        return self._cross(*found, reach)
+            raise _stuck(_OFF, origin)
+        halfedge, part, left, place = found
+        nearer = min(left, float(np.linalg.norm(place)))
+        return self._cross(halfedge, part, min(reach, _NEAR_ENDS * nearer))
 
-    def _cross(self, halfedge: int, a: int, b: int, part: float, reach: float) -> int:
+    def _cross(self, halfedge: int, part: float, reach: float) -> int:
         """The vertex where an edge is crossed: an end that is near, or a new one."""
         mesh = self._mesh
+        a, b = mesh.tail(halfedge), mesh.head(halfedge)
         one, other = mesh.point(a), mesh.point(b)
         length = float(np.linalg.norm(other - one))
         near = max(min(_NEAR, reach / length if length else 0.0), _SAME)
@@ -188,11 +196,11 @@ class PathDrawing:
             if off <= near and barred is None:
                 return vertex
             if off <= _SAME:
-                raise _Stuck(barred or _OFF, mesh.point(vertex))
+                raise _stuck(barred or _OFF, mesh.point(vertex))
         place = one + part * (other - one)
         barred = self._bar_of_edge(halfedge)
         if barred is not None:
-            raise _Stuck(barred, place)
+            raise _stuck(barred, place)
         return mesh.split_edge(halfedge, place)
 
     def _bar_of_edge(self, halfedge: int, *, on_border: bool = False) -> str | None:
@@ -212,14 +220,16 @@ class PathDrawing:
             return _OTHER
         return _BORDER if vertex in self._border and not on_border else None
 
-    def _normal(self, fan: list[int]) -> Floats:
-        """The normal at a vertex, in squares of lengths."""
+    def _link(self, vertex: int) -> Ints:
+        """The other corners (n, 2) of the faces at a vertex, in the order of its fan."""
         mesh = self._mesh
-        total = np.zeros(3)
-        for h in fan:
-            a, b, c = (mesh.point(mesh.tail(at)) for at in (h, mesh.after(h), mesh.before(h)))
-            total += np.cross(b - a, c - a)
-        return total
+        return np.array([(mesh.head(h), mesh.tail(mesh.before(h))) for h in mesh.fan(vertex)], np.int64)
+
+    def _normal(self, vertex: int) -> Floats:
+        """The normal at a vertex, in squares of lengths."""
+        around = self._mesh.vertices[self._link(vertex)] - self._mesh.point(vertex)
+        normal: Floats = np.cross(around[:, 0], around[:, 1]).sum(0)
+        return normal
 
     def _put(self, place: Floats, face: int, near: float, reach: float, on_border: bool) -> int:
         """The vertex at a place on a face of the given mesh: one that is near, or a new one."""
@@ -238,7 +248,7 @@ class PathDrawing:
                 if barred is None:
                     return corners[k]
                 if off[k] <= _SAME * size:
-                    raise _Stuck(barred, place)
+                    raise _stuck(barred, place)
         return self._put_off_corners(place, piece, weights, near, reach, on_border)
 
     def _put_off_corners(
@@ -262,7 +272,7 @@ class PathDrawing:
                 self._border.add(vertex)
             return vertex
         if weight <= _SAME:
-            raise _Stuck(barred or _OFF, place)
+            raise _stuck(barred or _OFF, place)
         return mesh.split_face(piece, place)
 
     def _piece_at(self, face: int, place: Floats) -> tuple[int, Floats]:
@@ -292,8 +302,3 @@ def _weights(place: Floats, corners: Floats) -> Floats:
     weights = np.full((len(corners), 3), -np.inf)
     np.divide(np.stack(parts, axis=1), square[:, None], out=weights, where=square[:, None] > 0)
     return weights
-
-
-def _refusal(stuck: _Stuck) -> BadCurve:
-    x, y, z = stuck.place.tolist()
-    return BadCurve(f"The curve {stuck.by} near ({x:.6g}, {y:.6g}, {z:.6g})", remedy=_REMEDY[stuck.by])
