@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from weavecore.errors import BadIndex, Unsupported
+from weavecore.errors import BadCurve, BadIndex, Unsupported
 from weavecore.model import SurfaceMesh
+from weavecore.offsetting.preparing import refuse_closed
 from weavecore.offsetting.starting import start_at
+from weavecore.pipeline import offset, suggest_spacing
 from woven_tube import COLUMNS, tube_surface
 
 
@@ -54,3 +56,82 @@ def test_a_closed_surface_has_no_border_to_choose() -> None:
 def test_an_empty_choice_is_refused() -> None:
     with pytest.raises(Unsupported, match="Nothing is chosen"):
         start_at(tube_surface(), borders=[])
+
+
+def ring(z: float) -> np.ndarray:
+    turn = 2 * np.pi * np.arange(COLUMNS + 1) / COLUMNS
+    return np.stack([np.cos(turn), np.sin(turn), np.full(COLUMNS + 1, z)], axis=1)
+
+
+def lengthwise(column: int) -> np.ndarray:
+    """From border to border along the edges between two columns of faces."""
+    turn = 2 * np.pi * column / COLUMNS
+    return np.array([[np.cos(turn), np.sin(turn), z] for z in (0.0, 5.0)])
+
+
+def test_a_curve_alone_leaves_all_borders_as_selvedges() -> None:
+    surface = tube_surface()
+    started = start_at(surface, curves=[ring(1.3)])
+    (path,) = started.origins.paths
+    assert started.origins.closed.tolist() == [True]
+    assert np.allclose(started.vertices[path][:, 2], 1.3)
+    assert started.is_cut.sum() == 2 * len(path)
+    assert started.is_selvedge.sum() == 2 * COLUMNS
+    assert np.array_equal(started.vertices[: surface.n_vertices], surface.vertices)
+    assert (started.unit, started.name) == (surface.unit, surface.name)
+
+
+def test_borders_come_before_curves_and_keep_their_numbers() -> None:
+    surface = tube_surface()
+    curve = lengthwise(3)
+    curve[0, 2] = 1.0  # It ends on border 1 alone, which it splits nowhere: there is a vertex.
+    started = start_at(surface, borders=[0], curves=[curve.tolist(), ring(0.5)[1:6]])
+    assert started.origins.closed.tolist() == [True, False, False]
+    assert started.origins.paths[0].tolist() == surface.borders[0].tolist()
+    assert np.allclose(started.vertices[started.origins.paths[1][-1]], curve[1])
+    assert np.isin(started.origins.paths[1], started.borders[1]).sum() == 1
+
+
+def test_curves_that_split_the_same_border_leave_its_number_and_each_other() -> None:
+    surface = tube_surface()
+    started = start_at(surface, curves=[ring(5.0)[:3], lengthwise(6), lengthwise(9)])
+    assert [len(np.intersect1d(path, started.borders[1])) for path in started.origins.paths] == [3, 1, 1]
+    assert all((path[:1] != path[1:]).all() for path in started.origins.paths)
+    assert len(started.borders) == 2
+
+
+@pytest.mark.parametrize(
+    ("borders", "curves", "told"),
+    [
+        (None, [ring(1.0), ring(1.0)], r"touches another origin.*\(curve 1\)"),
+        (None, [ring(2.0), lengthwise(4)], r"crosses or touches another origin.*\(curve 1\)"),
+        ([1], [lengthwise(4)], r"touches border 1, at which distances start too \(curve 0\)"),
+        ([0], [ring(0.0)], r"touches border 0"),
+        (None, [ring(1.0), ring(1.0) * 2], r"1 off the surface.*\(curve 1\)"),
+        (None, [[[0, 0, 0], [1, 1]]], r"no rows of numbers \(curve 0\)"),
+    ],
+)
+def test_curves_that_cannot_be_origins_are_told_by_their_number(borders, curves, told) -> None:
+    with pytest.raises(BadCurve, match=told):
+        start_at(tube_surface(), borders=borders, curves=curves)
+
+
+def test_a_component_without_an_origin_is_refused() -> None:
+    tube = tube_surface()
+    two = replace(
+        tube,
+        vertices=np.concatenate([tube.vertices, tube.vertices + np.array([9, 0, 0])]),
+        faces=np.concatenate([tube.faces, tube.faces + tube.n_vertices]),
+    )
+    with pytest.raises(Unsupported, match="A component on which none of the borders and curves lies"):
+        refuse_closed(start_at(two, curves=[ring(1.0)]))
+    refuse_closed(start_at(two, borders=[2], curves=[ring(1.0)]))
+
+
+def test_offset_takes_both_and_suggests_a_spacing_for_them() -> None:
+    latitudes = offset(tube_surface(), borders=[0])
+    assert [path.tolist() for path in latitudes.surface.origins.paths] == [tube_surface().borders[0].tolist()]
+    assert latitudes.spacing == suggest_spacing(start_at(tube_surface(), borders=[0]))
+    from_curve = offset(tube_surface(), curves=[ring(2.0)], spacing=0.5)
+    assert from_curve.generation[0] == 0
+    assert from_curve.n_generations > 5

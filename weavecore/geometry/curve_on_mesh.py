@@ -25,6 +25,7 @@ _SLACK_OF_EDGE, _SLACK_OF_EXTENT = 0.02, 0.002
 _SLACK_OF_ROOM = 0.1
 """And to this part of the distance to where it comes back to itself."""
 
+_MOST_ROUNDS = 4
 _LEAST_SLACK = 1e-4  # of what it is where the curve does not come back to itself
 _KINK, _SHARP = np.radians(30), np.radians(120)
 _SHORTEST = 0.1  # of the least height of a face below it: a shorter curve is lost on the mesh
@@ -130,18 +131,19 @@ def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: fl
 
 def _told_by_points(points: Floats, is_closed: bool, slack: Floats, ground: _Ground) -> tuple[Floats, Bools, Floats]:
     """Points that tell the shape of a curve, whether each must stay where it is, and the room beside it."""
-    while True:
+    floor = _LEAST_SLACK * slack
+    for _ in range(_MOST_ROUNDS):
         kept = thinned(points, is_closed, slack)
         line, given = divided(points[kept], is_closed, ground.side_at)
         room = room_beside(line, is_closed)
-        rough = np.maximum(_SLACK_OF_ROOM * room, _LEAST_SLACK * slack.max())
+        rough = _SLACK_OF_ROOM * room
         # What a stretch has beside it bounds how far its own points may lie off what is left of it.
         owner = np.maximum.accumulate(np.where(given >= 0, given, 0))
         allowed = np.full(len(kept), np.inf)
         np.minimum.at(allowed, owner, rough)
         np.minimum.at(allowed, (owner + 1) % len(kept), rough)
         span = np.searchsorted(kept, np.arange(len(points)), side="right") - 1
-        least = np.minimum(allowed[span], allowed[(span + 1) % len(kept)])
+        least = np.maximum(np.minimum(allowed[span], allowed[(span + 1) % len(kept)]), floor)
         if not (least < slack).any():
             break
         slack = np.minimum(slack, least)
