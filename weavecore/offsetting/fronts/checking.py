@@ -10,6 +10,7 @@ import numpy as np
 
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Ints, rows_of
+from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model.latitudes import Latitudes
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.judging import measure_nearness
@@ -44,10 +45,8 @@ def refuse_near(ground: Ground, rays: Rays, children: Curves) -> None:
 
 def refuse_loose_ends(ground: Ground, children: Curves) -> None:
     """Raise `Degenerate` where an open child does not end on a selvedge."""
-    at = np.concatenate([children.offsets[:-1][~children.closed], children.offsets[1:][~children.closed] - 1])
-    apex = children.start[at].argmin(1)
-    on_edge = children.start[at, apex] == 0.0
-    loose = ~on_edge | ~ground.is_selvedge[3 * children.face[at] + (apex + 1) % 3]
+    at = np.concatenate(children.ends)
+    loose = ground.rims(children.face[at], children.start[at])[0] == NO_TWIN
     if loose.any():
         raise _too_sharp(children.face[at[loose]])
 

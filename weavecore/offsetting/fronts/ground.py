@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.cycles import order_cycles
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.unfolding import Unfolding
 from weavecore.model.surface import SurfaceMesh
@@ -50,6 +51,14 @@ class Ground:
         points: Floats = np.einsum("nk,nkd->nd", weights, self.vertices[self.faces[face]])
         return points
 
+    def rims(self, face: Ints, weights: Floats) -> tuple[Ints, Floats]:
+        """The halfedges of selvedges on which places lie, -1 where they lie on none, and how far along them."""
+        apex = weights.argmin(1)
+        row, halfedge = np.arange(len(face)), 3 * face + (apex + 1) % 3
+        is_there = (weights[row, apex] == 0.0) & self.is_selvedge[halfedge]
+        place = weights[row, (apex + 2) % 3] * self.frames.length[halfedge]
+        return np.where(is_there, halfedge, NO_TWIN), place
+
     def flat(self, face: Ints, weights: Floats) -> Floats:
         """(n, 2) the same in the frames of the first halfedges of the faces."""
         h = 3 * face
@@ -72,6 +81,8 @@ class Walls:
 
     Attributes
     ----------
+    offsets, halfedges : (W+1,), (n,) int64
+        The halfedges of each wall, in order, with the surface on their left.
     after, before : int64
         The halfedge of a wall that begins where this one ends, and the one that ends where it begins.
     angle : float64
@@ -87,6 +98,22 @@ class Walls:
         self.after[self.before[wall]] = wall
         self.angle: Floats = np.zeros(len(frames.twin))
         self.angle[wall] = corners.total
+        number = np.full(len(frames.twin), NO_TWIN)
+        number[wall] = np.arange(len(wall))
+        order, self.offsets = order_cycles(number[self.after[wall]])
+        self.halfedges: Ints = wall[order]
+        length = frames.length[self.halfedges]
+        self._station = np.zeros(len(frames.twin))
+        self._station[self.halfedges] = np.cumsum(length) - length
+        self._loop = np.full(len(frames.twin), NO_TWIN)
+        self._loop[self.halfedges] = rows_of(self.offsets)
+        self._around = np.bincount(rows_of(self.offsets), length, minlength=len(self.offsets) - 1)
+
+    def measure_along(self, start: Ints, start_place: Floats, end: Ints, end_place: Floats) -> Floats:
+        """How far it is along walls, with the surface on the left, between places on them; infinite between two walls."""
+        way = self._station[end] + end_place - self._station[start] - start_place
+        is_one = self._loop[start] == self._loop[end]
+        return np.asarray(np.where(is_one, way % self._around[self._loop[start]], np.inf))
 
 
 def next_along(offsets: Ints, closed: Bools) -> Ints:
@@ -155,6 +182,11 @@ class Curves:
         length = self.lengths[segment]
         part = np.divide(station - total[segment], length, out=np.zeros(len(segment)), where=length > 0)
         return segment, np.clip(part, 0.0, 1.0)
+
+    @property
+    def ends(self) -> tuple[Ints, Ints]:
+        """First and last segments (c,) of the open curves."""
+        return self.offsets[:-1][~self.closed], self.offsets[1:][~self.closed] - 1
 
     def take(self, chosen: Bools) -> Curves:
         """Some of the curves."""

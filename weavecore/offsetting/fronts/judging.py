@@ -41,6 +41,9 @@ _SHORTEST = 1e-3
 _SHORT, _ROUND = 0.5, 0.02
 """Steps along a loop up to which it is small; area of a loop over the square of its length: 0.08 of a circle."""
 
+_BESIDE = 2.0
+"""Lengths of an open front that the selvedge on its right is long at most where the two enclose a disc."""
+
 _OFF_THE_START = 1e-3
 """Parts of its step within which a ray is still at its own front."""
 
@@ -101,16 +104,21 @@ def measure_nearness(ground: Ground, rays: Rays, loops: Curves, vertex: Ints) ->
 
 
 def _are_islands(ground: Ground, loops: Curves, step: float) -> Bools:
-    """(C,) which loops are small and have a disc on their right: no front leaves so little behind."""
+    """(C,) which curves are small and have a disc on their right, or cut one off: no front leaves so little behind."""
     middle = np.stack([np.bincount(loops.owner, x, len(loops)) for x in loops.points.T], axis=1)
     arm = loops.points - (middle / np.maximum(np.diff(loops.offsets), 1)[:, None])[loops.owner]
     area = np.einsum("ij,ij->i", np.cross(arm, arm[loops.after]), ground.normals[loops.face]) / 2
     total, length = np.bincount(loops.owner, area, len(loops)), lengths_of(loops)
-    return np.asarray(loops.closed & (length < _SHORT * step) & (total < -_ROUND * length**2))
+    is_island = total < -_ROUND * length**2
+    first, last = loops.ends
+    (rim, place), (other_rim, other) = (ground.rims(loops.face[at], loops.start[at]) for at in (first, last))
+    beside = ground.walls.measure_along(rim, place, other_rim, other)
+    is_island[~loops.closed] = (beside < _BESIDE * length[~loops.closed]) & (rim != NO_TWIN) & (other_rim != NO_TWIN)
+    return np.asarray((length < _SHORT * step) & is_island)
 
 
 def _cross_edges(curves: Curves) -> Bools:
-    """Which curves leave the face that they begin in; others, if they are closed, are smaller than the mesh can tell."""
+    """Which curves are open or leave the face they begin in; others are smaller than the mesh can tell."""
     leaves = curves.face != curves.face[curves.after]
     return np.asarray((np.bincount(curves.owner, leaves, minlength=len(curves)) > 0) | ~curves.closed)
 

@@ -243,7 +243,7 @@ class _Rims:
             place=np.array([place]),
             angle=np.array([0.0 if on_right else full]),
             way=way,
-            reach=np.minimum(along.far, reach),
+            reach=np.minimum(along.far, reach) if crept.state == AT_RIM else start.reach,
             state=np.array([crept.state]),
             rim=np.where(ends_here, crept.halfedge[-1:], NO_TWIN),
         )

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
-from weavecore.geometry.cycles import order_cycles
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.walking import on_halfedge
 from weavecore.offsetting.fronts.ground import Curves, Ground, next_along
@@ -85,11 +84,8 @@ def aim(ground: Ground, pivot: Ints, place: Floats, angle: Floats) -> tuple[Ints
 
 def _chain_origins(ground: Ground) -> tuple[Ints, Ints, Bools]:
     """Halfedges of the walls from which distances start, chain after chain; offsets; and which chains are closed."""
-    wall = np.flatnonzero(ground.frames.twin == NO_TWIN)
-    number = np.full(len(ground.frames.twin), NO_TWIN)
-    number[wall] = np.arange(len(wall))
-    order, offsets = order_cycles(number[ground.walls.after[wall]])
-    halfedge, cycle = wall[order], rows_of(offsets)
+    halfedge, offsets = ground.walls.halfedges, ground.walls.offsets
+    cycle = rows_of(offsets)
     if not ground.has_selvedges:
         return halfedge, offsets, np.ones(len(offsets) - 1, bool)
     begins = ~ground.is_selvedge[halfedge] & ground.is_selvedge[ground.walls.before[halfedge]]
@@ -257,17 +253,13 @@ def _bend_ends(turn: Floats, heading: Floats, offsets: Ints, closed: Bools) -> N
 
 def _pivots(ground: Ground, face: Ints, weights: Floats, angle: Floats, is_end: Bools) -> tuple[Ints, Floats, Floats]:
     """For ends of open fronts the halfedge of the selvedge on which they lie, where on it, and the angle from it."""
-    apex = weights.argmin(1)
-    halfedge = 3 * face + (apex + 1) % 3
-    part = weights[np.arange(len(face)), (apex + 2) % 3]
+    halfedge, place = ground.rims(face, weights)
     axis = np.zeros(len(face))
-    base, k = 3 * face, halfedge % 3
-    frames = ground.frames
+    base, k, frames = 3 * face, halfedge % 3, ground.frames
     axis[k == 1] = np.arctan2(frames.next_y[base], frames.next_x[base])[k == 1]
     axis[k == 2] = np.arctan2(frames.previous_y[base], frames.previous_x[base])[k == 2]
     off = (angle - axis + np.pi) % (2 * np.pi) - np.pi
-    pivot = np.where(is_end, halfedge, NO_TWIN)
-    return pivot, np.where(is_end, part * frames.length[halfedge], 0.0), off
+    return np.where(is_end, halfedge, NO_TWIN), np.where(is_end, place, 0.0), off
 
 
 def _resample(curves: Curves, step: float) -> tuple[Ints, Floats, Floats, Ints]:
