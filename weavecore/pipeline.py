@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
-from numpy.typing import ArrayLike
-
 from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
@@ -23,7 +21,7 @@ from weavecore.offsetting.ladder import Spacing
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.starting import start_at
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
-from weavecore.reading import inspect_file, read_result, read_surface, surface_from
+from weavecore.reading import curve_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.result_file import read_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
@@ -36,6 +34,7 @@ from weavecore.weaving.weave import weave_lattice
 
 __all__ = [
     "Workshop",
+    "curve_from",
     "describe_fabrication",
     "draw_picture",
     "export",
@@ -43,6 +42,7 @@ __all__ = [
     "inspect_file",
     "link",
     "offset",
+    "read_curves",
     "read_result",
     "read_surface",
     "spacing_for_edges",
@@ -67,7 +67,7 @@ def offset(
     spacing: Optional[Spacing] = None,
     method: str = "levels",
     borders: Optional[Sequence[int]] = None,
-    curves: Optional[Sequence[ArrayLike]] = None,
+    curves: Optional[Sequence[Any]] = None,
     progress: Optional[Progress] = None,
 ) -> Latitudes:
     """Offset the borders of a surface inwards until they fill it (Yan et al. 2016, §4).
@@ -76,25 +76,22 @@ def offset(
     ----------
     surface : SurfaceMesh
     spacing : float or sequence of float, optional
-        Distance from one polyline to the next along the surface, in the model's unit; see
-        `suggest_spacing` for what is taken where it is not given.  Of several the first is that from the
-        borders, and the last goes on.
+        Distance from one polyline to the next along the surface, in the model's unit; by default what
+        `suggest_spacing` gives.  Of several the first is that from the borders, and the last goes on.
     method : str
         ``"levels"``: level sets of the distance from the borders; ``"fronts"``: polylines moved step by
         step, as in the paper.
     borders : sequence of int, optional
         Places in ``surface.borders`` of those that distances start at; by default all.  The others cut the
         polylines, which then are open.
-    curves : sequence of (n, 3) array_like, optional
-        Points along curves on the surface that distances start at, on both sides, in the model's unit; a closed one
-        comes back to its first point.  If only these are given, distances start at no border.
+    curves : sequence of (n, 3) array_like or curves of Rhino, optional
+        What distances start at, on both sides, and at no border then that is not chosen; closed where it comes back.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
     Returns
     -------
     Latitudes
-        Its surface tells by ``origins`` where distances start.
 
     Raises
     ------
@@ -102,10 +99,10 @@ def offset(
     """
     if method not in METHODS:
         raise Unsupported(f"There is no method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
-    started = start_at(surface, borders=borders, curves=curves)
-    if spacing is None:
-        spacing = suggest_spacing(started)
-    return METHODS[method](started, spacing=spacing, progress=progress)
+    points = None if curves is None else [curve_from(curve, tolerance=surface.tolerance) for curve in curves]
+    started = start_at(surface, borders=borders, curves=points)
+    wanted = suggest_spacing(started) if spacing is None else spacing
+    return METHODS[method](started, spacing=wanted, progress=progress)
 
 
 def link(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any, Callable
 
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 from weavecore import pipeline
 from weavecore.cli import app
 from weavecore.commands import weave as weave_command
-from woven_tube import tube_latitudes, tube_surface
+from woven_tube import COLUMNS, tube_latitudes, tube_surface
 
 Run = Callable[..., Any]
 
@@ -228,3 +229,58 @@ def test_a_border_that_is_not_there_is_refused_and_no_number_is_wrong_usage(run:
     )
     for typed in ("", "first", "0;1", "1.5", "-1"):
         assert run("weave", "tube.3dm", "--json", "w.json", "--borders", typed).status == 2
+
+
+def test_curves_come_from_the_file_and_from_files_of_their_own(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = rhino3dm.File3dm.Read("tube.3dm")
+    attributes = rhino3dm.ObjectAttributes()
+    attributes.Name = "waist"
+    model.Objects.AddPolyline(polyline_at(2.0), attributes)
+    model.Write("with curve.3dm", 8)
+    other = rhino3dm.File3dm()
+    other.Settings.ModelUnitSystem = rhino3dm.UnitSystem.Millimeters
+    other.Objects.AddPolyline(polyline_at(1.0, scale=1000.0), rhino3dm.ObjectAttributes())
+    other.Write("rib.3dm", 8)
+    Path("row.csv").write_text("\n".join(f"{p.X},{p.Y},{p.Z}" for p in polyline_at(4.0)), "utf-8")
+    asked = {}
+
+    def offset(surface: Any, **options: Any) -> Any:
+        asked["starts"], asked["vertices"] = surface.starts, surface.vertices
+        return tube_latitudes()
+
+    monkeypatch.setattr(pipeline, "offset", offset)
+    names = ["--curve", "rib.3dm", "--curve", "row.csv", "--curve", "waist", "--borders", "0"]
+    ended = run("weave", "with curve.3dm", "--json", "w.json", "--spacing", "1", *names)
+    assert (ended.status, ended.err) == (0, "")
+    heights = [asked["vertices"][path][:, 2] for path in asked["starts"].paths]
+    assert [h.mean() for h in heights] == pytest.approx([0.0, 2.0, 1.0, 4.0])
+    assert [h.std() for h in heights] == pytest.approx([0.0] * 4, abs=1e-9)
+    told = json.loads(Path("w.json").read_text("utf-8"))["parameters"]
+    assert told["curves"] == ["rib.3dm", "row.csv", "waist"]
+    assert "curves on which rings may start: waist on weave, 6.2117 m, closed\n" in run("info", "with curve.3dm").out
+
+
+def polyline_at(height: float, scale: float = 1.0) -> Any:
+    """Once around the tube along the corners of its columns."""
+    around = rhino3dm.Polyline(COLUMNS + 1)
+    for turn in range(COLUMNS + 1):
+        angle = 2 * math.pi * turn / COLUMNS
+        around.Add(scale * math.cos(angle), scale * math.sin(angle), scale * height)
+    return around
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("waist", "NO_CURVE: tube.3dm has no curve that is named 'waist'"),
+        ("none.csv", "UNREADABLE: none.csv does not exist"),
+        ("far.csv", "BAD_CURVE: The curve lies up to 9 off the surface"),
+    ],
+)
+def test_a_curve_that_cannot_be_used_is_one_line(run: Run, folder: Path, name: str, told: str) -> None:
+    Path("far.csv").write_text("10,0,1\n10,0,2\n", "utf-8")
+    ended = run("weave", "tube.3dm", "--json", "w.json", "--curve", name)
+    assert (ended.status, ended.err.count("\n")) == (1, 1)
+    assert ended.err.startswith(f"weavecore: {told}")

@@ -143,5 +143,14 @@ Borders = Annotated[
         help="Borders that the rings start from, by their numbers in weavecore info: 0,2; by default all.",
     ),
 ]
+CurveNames = Annotated[
+    Optional[list[str]],
+    typer.Option(
+        "--curve",
+        metavar="NAME",
+        help="Curve on the surface that rings start from on both sides, instead of the borders: name, id or layer of "
+        "one in the file, or a .3dm with one curve, or a .csv, .txt or .xyz of points; may be given several times.",
+    ),
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing unless something is wrong.")]

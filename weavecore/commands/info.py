@@ -9,7 +9,9 @@ from weavecore.units import NO_UNIT, with_unit
 from weavecore.viewing.terminal import progress_bar, show_table
 
 if TYPE_CHECKING:
-    from weavecore.reading import ObjectReport
+    from weavecore.reading import CurveReport, ObjectReport
+
+_MOST_CURVES = 12
 
 
 def info(input_file: Input, time_limit: TimeLimit = None) -> None:
@@ -28,6 +30,15 @@ def info(input_file: Input, time_limit: TimeLimit = None) -> None:
         show_table(headings, [_row_of(one, report.unit) for one in report.objects], numbers=("faces", "χ"))
     if report.others:
         typer.echo("no surfaces: " + ", ".join(f"{count} {kind}" for kind, count in report.others))
+    if report.curves:
+        shown = [_told(one, report.unit) for one in report.curves[:_MOST_CURVES]]
+        more = f"; … ({len(report.curves)} in all)" if len(report.curves) > _MOST_CURVES else ""
+        typer.echo(f"curves on which rings may start: {'; '.join(shown)}{more}")
+
+
+def _told(one: "CurveReport", unit: str) -> str:
+    layer = f" on {one.layer}" if one.layer else ""
+    return f"{one.name or one.id}{layer}, {with_unit(one.length, unit)}{', closed' if one.is_closed else ''}"
 
 
 def _row_of(one: "ObjectReport", unit: str) -> list[str]:

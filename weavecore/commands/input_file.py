@@ -13,6 +13,7 @@ from weavecore.commands.arguments import Plane
 from weavecore.errors import UnitUnknown
 
 if TYPE_CHECKING:
+    from weavecore.geometry.arrays import Floats
     from weavecore.model import SurfaceMesh
     from weavecore.units import Length
 
@@ -50,6 +51,19 @@ def read_input(
     for warning in caught:
         typer.echo(f"weavecore: warning: {UnitUnknown.code}: {warning.message}", err=True)
     return surface
+
+
+def curves_of(path: Path, names: Sequence[str], *, unit: str, time_limit: Optional[float]) -> list[Floats]:
+    """The curves that are meant: first those of the input file, then those of files of their own."""
+    from weavecore import pipeline
+    from weavecore.reading import CURVE_ENDINGS
+
+    inside = [name for name in names if Path(name).suffix.lower() not in CURVE_ENDINGS]
+    files = [name for name in names if name not in inside]
+    curves = pipeline.read_curves(path, names=inside, guarded=True, time_limit=time_limit) if inside else []
+    for file in files:
+        curves += pipeline.read_curves(file, unit=unit, guarded=True, time_limit=time_limit)
+    return curves
 
 
 def told_names(names: Optional[Sequence[str]]) -> Union[str, list[str], None]:

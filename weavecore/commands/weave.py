@@ -8,6 +8,7 @@ import typer
 
 from weavecore.commands.arguments import (
     Borders,
+    CurveNames,
     CutPlane,
     EdgeTarget,
     Input,
@@ -24,7 +25,7 @@ from weavecore.commands.arguments import (
     length,
     lengths,
 )
-from weavecore.commands.input_file import read_input, told_input, written
+from weavecore.commands.input_file import curves_of, read_input, told_input, written
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
@@ -91,6 +92,7 @@ def weave(
     method: Annotated[str, typer.Option(metavar="NAME", callback=known_method, help="levels or fronts.")] = "levels",
     cut_plane: CutPlane = None,
     borders: Borders = None,
+    curve: CurveNames = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -114,7 +116,11 @@ def weave(
             time_limit=time_limit,
             progress=part_of(tell, 0.0, 0.1),
         )
-        surface = pipeline.start_at(surface, borders=borders.values if borders else None)
+        surface = pipeline.start_at(
+            surface,
+            borders=borders.values if borders else None,
+            curves=curves_of(input_file, curve, unit=surface.unit, time_limit=time_limit) if curve else None,
+        )
         chosen, distance = _spacing(surface, spacing, edge)
         latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=part_of(tell, 0.1, 0.5))
         edge_length = edge.in_unit(surface.unit) if edge else None
@@ -132,6 +138,8 @@ def weave(
             parameters["cut_plane"] = cut_plane.numbers
         if borders:
             parameters["borders"] = borders.values
+        if curve:
+            parameters["curves"] = curve
         pipeline.export_together(
             woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.85, 1.0)
         )

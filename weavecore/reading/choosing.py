@@ -99,7 +99,7 @@ def _is_aside(one: RhinoObject, layers: tuple[str, ...]) -> bool:
 
 
 def _on_layer(document: RhinoDocument, layer: str) -> list[RhinoObject]:
-    paths = _layers_meant(document.layers, layer)
+    paths = layers_meant(document.layers, layer)
     if not paths:
         raise NoSurface(
             f"{document.file_name} has no layer {layer!r}",
@@ -114,8 +114,8 @@ def _on_layer(document: RhinoDocument, layer: str) -> list[RhinoObject]:
     return on_it + [one for one in document.objects if one.layer.startswith(below)]
 
 
-def _layers_meant(layers: Iterable[str], layer: str) -> set[str]:
-    """Layers with this full path, or else with this last name; the spelling as it is goes first."""
+def layers_meant(layers: Iterable[str], layer: str) -> set[str]:
+    """Full paths of the layers with this path, or else with this last name; the spelling as it is goes first."""
     full = {path: path for path in layers}
     last = {path: path.split(_SEPARATOR)[-1] for path in full}
     for spelt in (str, str.casefold):

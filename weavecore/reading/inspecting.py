@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
@@ -13,12 +15,13 @@ from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
 from weavecore.model import SurfaceMesh
 from weavecore.reading.choosing import is_candidate
+from weavecore.reading.curve_objects import curve_from
 from weavecore.reading.guarded import Progress, call_guarded, limits_for_all
 from weavecore.reading.mesh_files import read_mesh_file
 from weavecore.reading.raw import RawMesh
 from weavecore.reading.read import check_ending, is_rhino, raw_from_document
 from weavecore.reading.repair import repair
-from weavecore.reading.rhino_file import RhinoDocument, RhinoObject, open_document
+from weavecore.reading.rhino_file import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,26 @@ class ObjectReport:
 
 
 @dataclass(frozen=True)
+class CurveReport:
+    """A curve of a file, from which rings may start.
+
+    Parameters
+    ----------
+    id, name, layer : str
+        As in Rhino.
+    length : float
+        In the file's unit.
+    is_closed : bool
+    """
+
+    id: str
+    name: str
+    layer: str
+    length: float
+    is_closed: bool
+
+
+@dataclass(frozen=True)
 class FileReport:
     """What a file holds.
 
@@ -82,6 +105,8 @@ class FileReport:
         Those that a surface could be made of.
     others : tuple of (kind, count)
         How many there are of the other kinds.
+    curves : tuple of CurveReport
+        Those of the others that are curves.
     """
 
     path: str
@@ -92,6 +117,7 @@ class FileReport:
     layers: tuple[str, ...]
     objects: tuple[ObjectReport, ...]
     others: tuple[tuple[str, int], ...]
+    curves: tuple[CurveReport, ...] = ()
 
 
 def inspect_file(
@@ -161,7 +187,18 @@ def _inspect_document(path: PathLike, document: RhinoDocument, tell: Progress) -
         layers=document.layers,
         objects=tuple(reports),
         others=tuple(sorted(others.items())),
+        curves=tuple(_report_curves(document)),
     )
+
+
+def _report_curves(document: RhinoDocument) -> Iterator[CurveReport]:
+    for one in document.objects:
+        if one.kind == CURVE and one.aside != IN_BLOCK:
+            with contextlib.suppress(WeaveError):  # What is no curve is counted among the others.
+                points = curve_from(one.geometry, tolerance=document.tolerance)
+                step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+                is_closed = bool(one.geometry.IsClosed)
+                yield CurveReport(one.id, one.name, one.layer, float(step.sum()), is_closed)
 
 
 def _report(one: RhinoObject, raw: RawMesh) -> ObjectReport:

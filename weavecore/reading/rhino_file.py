@@ -18,6 +18,12 @@ _VERSIONS = range(2, 9)
 BLOCK = "Block"
 """What a reference to a block that holds a surface is called here."""
 
+IN_BLOCK = "part of a block"
+"""Why an object that only a block's definition holds is aside."""
+
+CURVE = "Curve"
+"""Rhino's name for curves, lines, arcs and polylines of all kinds."""
+
 SURFACE_KINDS = ("Mesh", *MESHED_KINDS, BLOCK)
 """Rhino's names for the kinds of object that a surface can be made of."""
 
@@ -167,7 +173,7 @@ def _object(item: Any, layers: dict[int, str], layer_aside: dict[int, str], sour
         kind = BLOCK
     mode = attributes.Mode.name
     if attributes.IsInstanceDefinitionObject:
-        aside = "part of a block"
+        aside = IN_BLOCK
     elif mode == "Hidden" or not attributes.Visible:
         aside = "hidden"
     elif mode == "Locked":

@@ -6,6 +6,7 @@ there is only rhino3dm.  .NET arrays are copied as blocks of memory in double pr
 """
 
 from weavecore.rhino_geometry.arrays import rows_from
+from weavecore.rhino_geometry.curves import curve_in_rhino_points, is_curve_in_rhino, is_rhino_curve, line_points
 from weavecore.rhino_geometry.document import DocumentUnit, document_unit
 from weavecore.rhino_geometry.drawing import Drawing
 from weavecore.rhino_geometry.meshing import is_to_be_meshed, mesh_in_rhino
@@ -14,9 +15,13 @@ from weavecore.rhino_geometry.reading import is_rhino_mesh, plane_from, rhino_fa
 __all__ = [
     "DocumentUnit",
     "Drawing",
+    "curve_in_rhino_points",
     "document_unit",
+    "is_curve_in_rhino",
+    "is_rhino_curve",
     "is_rhino_mesh",
     "is_to_be_meshed",
+    "line_points",
     "mesh_in_rhino",
     "plane_from",
     "rhino_faces",

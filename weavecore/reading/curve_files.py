@@ -1,0 +1,142 @@
+"""Curves in files: the curve objects of a Rhino file, or rows of coordinates in a text file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Optional
+
+import numpy as np
+
+from weavecore.errors import NoCurve
+from weavecore.files import PathLike
+from weavecore.geometry.arrays import Floats
+from weavecore.reading.choosing import layers_meant
+from weavecore.reading.curve_objects import curve_from
+from weavecore.reading.guarded import call_guarded, limits_for
+from weavecore.reading.mesh_files import read_bytes
+from weavecore.reading.rhino_file import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
+from weavecore.reading.text import damaged, to_floats
+from weavecore.units import METRES
+
+RHINO = ".3dm"
+TEXTS = (".csv", ".txt", ".xyz")
+CURVE_ENDINGS = (RHINO, *TEXTS)
+
+_BETWEEN = re.compile(rb"[\s,;]+")
+
+
+def read_curves(
+    path: PathLike,
+    *,
+    names: Optional[Sequence[str]] = None,
+    unit: Optional[str] = None,
+    guarded: bool = False,
+    time_limit: Optional[float] = None,
+    progress: Optional[Callable[[float, str], None]] = None,
+) -> list[Floats]:
+    """Read curves that distances are to start at.
+
+    Parameters
+    ----------
+    path : path
+        Ends with ``.3dm``, or with ``.csv``, ``.txt`` or ``.xyz`` for a text file of one curve: x, y and z in
+        each line, with commas, semicolons or blanks between.
+    names : sequence of str, optional
+        Names, ids or layers of curves of a Rhino file; by default the only curve that is shown.
+    unit : str, optional
+        Rhino's name of the unit wanted; by default the file's.  A text file says none: it is taken as it is.
+    guarded, time_limit, progress
+        As in `read_surface`.
+
+    Returns
+    -------
+    list of (n, 3) float64
+        For each name its curves in the order of the file, each once.
+
+    Raises
+    ------
+    NoCurve
+        Where there is none by that name, or, without names, not just one.
+    Unreadable, Unsupported, NonFinite, TooMuchWork
+    """
+    options: dict[str, Any] = {"names": None if names is None else tuple(names), "unit": unit}
+    if guarded:
+        limits = limits_for(path, time_limit=time_limit)
+        read: list[Floats] = call_guarded(_read_curves, path, limits=limits, progress=progress, **options)
+        return read
+    return _read_curves(path, progress=progress, **options)
+
+
+def _read_curves(
+    path: PathLike,
+    *,
+    names: Optional[tuple[str, ...]],
+    unit: Optional[str],
+    progress: Optional[Callable[[float, str], None]],
+) -> list[Floats]:
+    ending = Path(path).suffix.lower()
+    if ending in TEXTS:
+        return [_points_of_text(read_bytes(path))]
+    if ending != RHINO:
+        raise NoCurve(
+            f"{Path(path).name} can hold no curves", remedy=f"Give the curve in a file of its own: {', '.join(TEXTS)}."
+        )
+    document = open_document(path)
+    if progress is not None:
+        progress(1.0, "Reading curves")
+    there = [one for one in document.objects if one.kind == CURVE and one.aside != IN_BLOCK]
+    chosen = [_only(document, there)] if names is None else _named(document, there, names)
+    # A division leaves one rounding less: 120 mm are 0.12 m to the last bit.
+    per_unit = METRES[unit] / METRES[document.unit] if unit in METRES and document.unit in METRES else 1.0
+    return [curve_from(one.geometry, tolerance=document.tolerance) / per_unit for one in chosen]
+
+
+def _only(document: RhinoDocument, there: list[RhinoObject]) -> RhinoObject:
+    shown = [one for one in there if not one.aside] or there
+    if len(shown) == 1:
+        return shown[0]
+    raise NoCurve(
+        f"{document.file_name} has {len(shown) or 'no'} curves, and one is wanted",
+        remedy="Keep one of them in the file." if shown else "Put one in it.",
+        ids=[str(one) for one in shown],
+    )
+
+
+def _named(document: RhinoDocument, there: list[RhinoObject], names: Sequence[str]) -> list[RhinoObject]:
+    chosen = list[RhinoObject]()
+    for name in names:
+        found = [one for one in there if one.id.casefold() == name.strip("{}").casefold()]
+        found = found or [one for one in there if one.name == name]
+        if not found:
+            layers = layers_meant(document.layers, name)
+            found = [one for one in there if one.layer in layers]
+        if not found:
+            raise NoCurve(
+                f"{document.file_name} has no curve that is named {name!r}, or is on a layer of that name",
+                remedy="Name one of these by its name, id or layer." if there else "Draw one on the surface.",
+                ids=[str(one) for one in there],
+                kind="there is",
+            )
+        chosen += [one for one in found if all(one is not other for other in chosen)]
+    return chosen
+
+
+def _points_of_text(data: bytes) -> Floats:
+    """Points from lines of three numbers and whatever follows; what follows ``#``, and a heading, is passed over."""
+    lines = (line.partition(b"#")[0].strip(b"\xef\xbb\xbf \t\r,;") for line in data.splitlines())
+    rows = [_BETWEEN.split(line)[:3] for line in lines if line]
+    if rows and not _is_number(rows[0][0]):
+        rows = rows[1:]
+    if not rows or any(len(row) < 3 for row in rows):
+        raise damaged("A line has less than three coordinates" if rows else "The file has no points")
+    return to_floats([word for row in rows for word in row], "point").reshape(-1, 3)
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        np.float64(word)
+    except ValueError:
+        return False
+    return True
