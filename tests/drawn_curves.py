@@ -1,4 +1,4 @@
-"""Closed curves drawn on a plate."""
+"""Curves drawn on a plate."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from flat_fields import flat_surface
 from planar_meshes import rectangle
-from weavecore.geometry.arrays import next_in_loop, offsets_of
+from weavecore.geometry.arrays import offsets_of
 from weavecore.offsetting.fronts.chords import lay_chords
-from weavecore.offsetting.fronts.ground import Curves, Ground
+from weavecore.offsetting.fronts.ground import Curves, Ground, next_along
 
 
 def square_ground(size=10.0, edge=0.4):
@@ -17,18 +17,24 @@ def square_ground(size=10.0, edge=0.4):
 
 def draw(ground, *loops):
     """Curves through the points (n, 2) of loops, in the unit and about the middle of the ground."""
-    points = np.concatenate([np.c_[loop, np.zeros(len(loop))] for loop in loops])
+    return _draw(ground, loops, is_closed=True)
+
+
+def draw_open(ground, *paths):
+    """The same, from the first to the last point of paths."""
+    return _draw(ground, paths, is_closed=False)
+
+
+def _draw(ground, paths, *, is_closed):
+    points = np.concatenate([np.c_[path, np.zeros(len(path))] for path in paths])
     face, weights = place(ground, points)
-    offsets = offsets_of([len(loop) for loop in loops])
-    after = next_in_loop(offsets)
+    offsets, closed = offsets_of([len(path) for path in paths]), np.full(len(paths), is_closed)
+    after = next_along(offsets, closed)
     chord, face, start, end = lay_chords(ground, face, weights, face[after], weights[after])
     is_vertex = np.r_[True, chord[1:] != chord[:-1]]
-    owner = np.repeat(np.arange(len(loops)), np.diff(offsets))[chord]
-    counts = np.bincount(owner, minlength=len(loops))
-    closed = np.ones(len(loops), bool)
-    return Curves(
-        offsets_of(counts), closed, face, start, end, is_vertex, is_vertex & False, ground.points(face, start)
-    )
+    owner = np.repeat(np.arange(len(paths)), np.diff(offsets))[chord]
+    counts = offsets_of(np.bincount(owner, minlength=len(paths)))
+    return Curves(counts, closed, face, start, end, is_vertex, is_vertex & False, ground.points(face, start))
 
 
 def place(ground, points):

@@ -110,7 +110,7 @@ class Walls:
         self._around = np.bincount(rows_of(self.offsets), length, minlength=len(self.offsets) - 1)
 
     def measure_along(self, start: Ints, start_place: Floats, end: Ints, end_place: Floats) -> Floats:
-        """How far it is along walls, with the surface on the left, between places on them; infinite between two walls."""
+        """How far it is along walls, the surface on the left, between places on them; infinite between two walls."""
         way = self._station[end] + end_place - self._station[start] - start_place
         is_one = self._loop[start] == self._loop[end]
         return np.asarray(np.where(is_one, way % self._around[self._loop[start]], np.inf))

@@ -1,0 +1,265 @@
+"""The paper's method where distances start at chosen places, and the other borders cut the fronts open."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparing import compare
+from drawn_curves import draw_open, signed_areas, square_ground
+from flat_fields import flat_surface
+from planar_meshes import circle, rectangle
+from tough_register import grid
+from weavecore import pipeline
+from weavecore.errors import Degenerate
+from weavecore.model import SurfaceMesh
+from weavecore.model.origins import Origins
+from weavecore.offsetting.fronts.checking import refuse_loose_ends
+from weavecore.offsetting.fronts.ground import Ground
+from weavecore.offsetting.fronts.meeting import meet_themselves
+from weavecore.offsetting.fronts.method import offset_fronts
+from weavecore.offsetting.fronts.regrouping import lengths_of, regroup
+from weavecore.offsetting.fronts.seeds import seed_curves
+from weavecore.validating import validate
+
+FOLDER = Path(__file__).resolve().parents[2] / "sample_files"
+
+
+def starting_where(surface, *tests):
+    """Distances start at the border where a test holds of its points: a whole loop, or one run of it for each test."""
+    paths, closed = [], []
+    for test in tests:
+        for loop in surface.borders:
+            on = test(surface.vertices[loop])
+            if on.sum() > 1:
+                begin = 0 if on.all() else np.flatnonzero(on & ~np.roll(on, 1))[0]
+                paths.append(np.roll(loop, -begin)[: on.sum()])
+                closed.append(bool(on.all()))
+    return replace(surface, starts=Origins(tuple(paths), np.array(closed)))
+
+
+def left_of(x):
+    return lambda points: points[:, 0] < x
+
+
+def held(latitudes):
+    report = validate(latitudes)
+    assert report.holds, f"\n{report}"
+    return latitudes
+
+
+def errors(latitudes, distance):
+    """How far all points of the children are from their distance, given as a function of x and y, in spacings."""
+    owner = latitudes.polylines.owner
+    children = latitudes.generation[owner] > 0
+    x, y, _ = latitudes.polylines.points[children].T
+    return np.abs(distance(x, y) - latitudes.distance[owner[children]]) / latitudes.spacing
+
+
+def n_open(latitudes):
+    return np.bincount(latitudes.generation, ~latitudes.polylines.closed).astype(int).tolist()
+
+
+def test_from_one_side_of_a_rectangle_go_straight_lines_from_selvedge_to_selvedge():
+    surface = starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9))
+    latitudes = held(offset_fronts(surface, spacing=0.55))
+    lines = latitudes.polylines
+    assert n_open(latitudes) == [1] * 11
+    assert errors(latitudes, lambda x, _: x + 3).max() < 1e-4
+    for p in range(1, len(lines)):
+        # With the unexplored side on their left they run downwards.
+        assert lines.polyline(p)[[0, -1], 1] == pytest.approx([2.0, -2.0])
+    first, last = lines.offsets[:-1], lines.offsets[1:] - 1
+    assert (lines.barycentric[np.r_[first[1:], last[1:]]].min(1) == 0).all()
+    assert latitudes.bands.euler.tolist() == [1] * 11
+
+
+def test_fronts_bend_around_a_corner_of_a_selvedge():
+    ell = np.array([[0, 0], [6, 0], [6, 2.2], [2.5, 2.2], [2.5, 6], [0, 6]])
+    surface = starting_where(flat_surface([ell], 0.25), lambda points: points[:, 0] > 6 - 1e-9)
+    latitudes = offset_fronts(surface, spacing=0.4)
+
+    def distance(x, y):
+        bent = (x < 2.5 + 1e-6) & (y > 2.2)
+        return np.where(bent, 3.5 + np.hypot(x - 2.5, y - 2.2), 6 - x)
+
+    assert n_open(latitudes)[:20] == [1] * 20
+    assert errors(latitudes, distance).max() < 0.01
+
+
+def test_a_hole_cuts_fronts_in_two_that_join_again_in_its_shadow():
+    radius, middle = 1.3, np.array([-0.5, 0.4])
+    surface = flat_surface([rectangle(8, 6), circle(radius, middle, n=100)], 0.25)
+    latitudes = held(offset_fronts(starting_where(surface, left_of(-4 + 1e-9)), spacing=0.46))
+
+    def distance(x, y):
+        x, y = x - middle[0], np.abs(y - middle[1])
+        far = np.hypot(x, y)
+        around = np.pi / 2 - np.arctan2(y, x) - np.arccos(np.minimum(radius / far, 1))
+        bent = 3.5 + radius * around + np.sqrt(np.maximum(far**2 - radius**2, 0))
+        return np.where((x > 0) & (around > 0), bent, x + middle[0] + 4)
+
+    assert n_open(latitudes)[4:14] == [1, 2, 2, 2, 2, 2, 2, 2, 2, 1]
+    assert errors(latitudes, distance).mean() < 0.003
+    assert errors(latitudes, distance).max() < 0.02
+
+
+def test_rings_from_the_outer_border_open_when_they_come_to_the_inner_one():
+    surface = flat_surface([circle(5.0, n=200), circle(1.5, (1.0, 0.3), n=60)], 0.25)
+    latitudes = held(offset_fronts(starting_where(surface, lambda p: np.hypot(*p[:, :2].T) > 4.9), spacing=0.6))
+    assert n_open(latitudes)[:7] == [0, 0, 0, 0, 0, 1, 1]
+    assert errors(latitudes, lambda x, y: 5 - np.hypot(x, y)).max() < 0.02
+
+
+def test_rings_from_a_hole_are_cut_by_the_outer_border_and_end_in_its_corners():
+    surface = flat_surface([rectangle(8, 8), circle(1.5, n=120)], 0.25)
+    latitudes = held(offset_fronts(starting_where(surface, lambda p: np.hypot(*p[:, :2].T) < 1.6), spacing=0.6))
+    assert n_open(latitudes)[:7] == [0, 0, 0, 0, 0, 4, 4]
+    assert errors(latitudes, lambda x, y: np.hypot(x, y) - 1.5).max() < 0.01
+
+
+@pytest.mark.parametrize("top", [0.4, 0.05])
+def test_fronts_are_offset_to_the_tip_that_two_selvedges_enclose(top):
+    wedge = np.array([[-top / 2, 5], [-1, 0], [1, 0], [top / 2, 5]])
+    surface = starting_where(flat_surface([wedge], 0.25), lambda points: points[:, 1] < 1e-9)
+    latitudes = held(offset_fronts(surface, spacing=0.48))
+    assert n_open(latitudes) == [1] * 11
+    # They stand at right angles to both sides: arcs, but for the middle that the base has straight before it.
+    assert latitudes.polylines.lengths[10] < 0.1 + top
+
+
+def test_a_curve_inside_the_surface_is_offset_on_both_sides_and_around_its_ends():
+    surface = grid_plate(41, 0.25)
+    row = 20 * 41 + np.arange(14, 27)
+    surface = replace(surface, starts=Origins((row,), np.array([False])))
+    latitudes = held(offset_fronts(surface, spacing=0.58))
+    a, b = surface.vertices[row[0], 0], surface.vertices[row[-1], 0]
+    # The borders are 3.5 away at the ends of the curve, and 5 beside it.
+    assert n_open(latitudes)[:10] == [1, 0, 0, 0, 0, 0, 0, 2, 2, 4]
+    assert errors(latitudes, lambda x, y: np.hypot(x - np.clip(x, a, b), y)).max() < 0.01
+
+
+def grid_plate(n, edge):
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    points = (np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3) - [(n - 1) / 2, (n - 1) / 2, 0]) * edge
+    k = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.concatenate([np.stack([k, k + 1, k + n + 1], 1), np.stack([k, k + n + 1, k + n], 1)])
+    return SurfaceMesh(points, faces)
+
+
+@pytest.mark.parametrize("x", [0, 3])
+def test_a_curve_from_border_to_border_is_offset_to_both_its_sides(x):
+    surface = grid_plate(21, 0.2)
+    column = 21 * np.arange(21) + 10 + x
+    latitudes = held(offset_fronts(replace(surface, starts=Origins((column,), np.array([False]))), spacing=0.3))
+    assert n_open(latitudes)[:5] == [1, 2, 2, 2, 2]
+    assert errors(latitudes, lambda at, _: np.abs(at - 0.2 * x)).max() < 1e-4
+
+
+@pytest.mark.parametrize("length", [2.3, 3.1, 3.95])
+def test_open_fronts_that_pass_each_other_have_no_child(length):
+    surface = flat_surface([rectangle(length, 2)], 0.2)
+    surface = starting_where(surface, left_of(1e-9 - length / 2), lambda points: points[:, 0] > length / 2 - 1e-9)
+    latitudes = held(offset_fronts(surface, spacing=0.99))
+    assert n_open(latitudes) == [2, 2]
+    assert sorted(latitudes.bands.euler.tolist()) == [1, 1, 1]
+
+
+def test_from_one_end_of_a_tube_go_closed_rings_to_the_other():
+    angle, z = np.meshgrid(2 * np.pi * np.arange(60) / 60, np.linspace(0, 3.3, 30), indexing="ij")
+    points = np.stack([np.cos(angle), np.sin(angle), z], axis=-1).reshape(-1, 3)
+    tube = SurfaceMesh(points, grid(60, 30, wrap_u=True))
+    latitudes = held(offset_fronts(starting_where(tube, lambda points: points[:, 2] < 1e-9), spacing=0.5))
+    assert np.bincount(latitudes.generation).tolist() == [1] * 7
+    assert n_open(latitudes) == [0] * 7
+    for p in range(7):
+        np.testing.assert_allclose(latitudes.polylines.polyline(p)[:, 2], 0.5 * p, atol=1e-3)
+
+
+def test_a_slot_thinner_than_the_gap_between_two_rays_cuts_fronts():
+    slot = np.array([[-3, -2], [3, -2], [3, 2], [0.2, 2], [0.2, 0.41], [0.18, 0.41], [0.18, 2], [-3, 2]])
+    surface = starting_where(flat_surface([slot], 0.25), lambda points: points[:, 1] < 1e-9 - 2)
+    latitudes = offset_fronts(surface, spacing=0.7)
+    assert n_open(latitudes)[:6] == [1, 1, 1, 1, 2, 2]
+    assert errors(latitudes, lambda _, y: y + 2).max() < 1e-4
+
+
+def test_starting_at_all_borders_gives_the_same_bytes_as_starting_anywhere():
+    surface = flat_surface([rectangle(6, 6), circle(1.5, (0.2, 0.1), n=40)], 0.4)
+    chosen = replace(surface, starts=Origins(surface.borders, np.ones(2, bool)))
+    one, other = offset_fronts(surface, spacing=0.5), offset_fronts(chosen, spacing=0.5)
+    assert one.polylines.points.tobytes() == other.polylines.points.tobytes()
+    assert one.vertex_distance.tobytes() == other.vertex_distance.tobytes()
+
+
+def test_two_open_fronts_that_cross_exchange_their_tails():
+    ground = square_ground()
+    raw = draw_open(ground, [[-6, -3.1], [6.1, 3.3]], [[5.9, -4.2], [-6.2, 4]])
+    regrouped = regroup(ground, raw, meet_themselves(ground, raw))
+    curves = regrouped.curves
+    assert curves.closed.tolist() == [False, False]
+    ends = curves.points[np.concatenate(curves.ends)][:, :2]
+    np.testing.assert_allclose(ends, [[-6, -3.1], [5.9, -4.2], [-6.2, 4], [6.1, 3.3]], atol=1e-9)
+    assert lengths_of(curves).sum() == pytest.approx(lengths_of(raw).sum())
+    assert len(meet_themselves(ground, curves)) == 0
+    # The strand on the left of both is one higher.
+    assert abs(regrouped.height[0] - regrouped.height[1]) == 1
+
+
+def test_an_open_front_that_crosses_itself_leaves_a_ring():
+    ground = square_ground()
+    raw = draw_open(ground, [[-6, -1.1], [5.1, 3.1], [4.9, -3.2], [-6.1, 2.2]])
+    curves = regroup(ground, raw, meet_themselves(ground, raw)).curves
+    assert sorted(curves.closed.tolist()) == [False, True]
+    ring = curves.take(curves.closed)
+    assert signed_areas(ring)[0] < 0
+    np.testing.assert_allclose(curves.take(~curves.closed).points[[0, -1], :2], [[-6, -1.1], [-6.1, 2.2]], atol=1e-9)
+
+
+def test_seeds_of_an_open_front_begin_and_end_with_it():
+    ground = Ground(starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9)))
+    x = np.linspace(-6.0, 6.0, 300)
+    front = draw_open(ground, np.stack([x, 0.3 * np.sin(x)], axis=1))
+    seeds = seed_curves(ground, front, step=0.5)
+    assert seeds.station[[0, -1]] == pytest.approx([0.0, lengths_of(front)[0]])
+    gaps = np.diff(seeds.station)
+    assert gaps.min() > 0.2
+    assert gaps.max() < 0.5 * 1.31
+
+
+def test_an_open_front_that_ends_inside_the_surface_is_refused():
+    surface = starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9))
+    ground = Ground(surface)
+    with pytest.raises(Degenerate, match="levels"):
+        refuse_loose_ends(ground, draw_open(ground, [[-3.0, -2.0], [3.0, 2.0]]))
+    # An origin is no selvedge: no front may end there.
+    ends = np.flatnonzero(surface.is_origin)[:2]
+    front = draw_open(ground, [[-3.0, -2.0], [3.0, 2.0]])
+    start = np.zeros_like(front.start)
+    start[:, 0] = start[:, 1] = 0.5
+    with pytest.raises(Degenerate, match="levels"):
+        refuse_loose_ends(ground, replace(front, face=np.resize(ends // 3, len(front.face)), start=start))
+
+
+@cache
+def offset_sample(name, borders, method):
+    surface = pipeline.read_surface(FOLDER / f"{name}.3dm")
+    return pipeline.offset(surface, spacing=pipeline.suggest_spacing(surface), borders=borders, method=method)
+
+
+@pytest.mark.parametrize(
+    ("name", "borders"),
+    [("hourglass", (0,)), ("minimal_surface", (1,)), ("six_way_joint", (0,)), ("six_way_joint", (0, 1))],
+)
+def test_both_methods_agree_on_samples_from_chosen_borders(name, borders):
+    levels, fronts = (offset_sample(name, borders, method) for method in ("levels", "fronts"))
+    comparison = compare(levels, fronts)
+    assert comparison.same_counts, comparison.counts
+    assert comparison.same_parents
+    assert comparison.mean < 0.003
+    assert comparison.apart < 0.01
+    assert np.bincount(fronts.bands.euler + 9).tolist() == np.bincount(levels.bands.euler + 9).tolist()
+    assert fronts.polylines.closed.sum() == levels.polylines.closed.sum()
+    assert validate(fronts).holds == validate(levels).holds
