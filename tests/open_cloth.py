@@ -9,16 +9,21 @@ from functools import cache
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.model import Latitudes, Origins, SurfaceMesh
+from weavecore.linking.derived import link_pattern
+from weavecore.model import Latitudes, Origins, SurfaceMesh, Weave
 from weavecore.offsetting.levels import offset_levels
+from weavecore.weaving.weave import weave_lattice
 
-COLUMNS, ROWS, EDGE = 24, 16, 1.0
-SPACING = 2.3
+COLUMNS, ROWS, EDGE = 24, 16, 10.0
+SPACING = 23.0
 
 
 def plate(keep: Callable[[Floats], Ints] | None = None) -> SurfaceMesh:
-    """A flat grid of 24 by 16 squares, each cut in two, of which the faces with certain middles (F, 3) are kept."""
-    x, y = np.meshgrid(np.arange(COLUMNS + 1) * EDGE, np.arange(ROWS + 1) * EDGE)
+    """A flat grid of 24 by 16 squares, each cut in two, of which the faces with certain middles (F, 3) are kept.
+
+    Middles are told in squares, as are the places of `path_through`.
+    """
+    x, y = np.meshgrid(np.arange(COLUMNS + 1.0), np.arange(ROWS + 1.0))
     vertices = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
     column, row = (k.ravel() for k in np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)))
     a = row * (COLUMNS + 1) + column
@@ -30,12 +35,12 @@ def plate(keep: Callable[[Floats], Ints] | None = None) -> SurfaceMesh:
     if keep is not None:
         faces = faces[keep(vertices[faces].mean(1))]
     used, faces = np.unique(faces, return_inverse=True)
-    return SurfaceMesh(vertices[used], faces.reshape(-1, 3), unit="Meters")
+    return SurfaceMesh(vertices[used] * EDGE, faces.reshape(-1, 3), unit="Millimeters")
 
 
 def path_through(surface: SurfaceMesh, *places: tuple[float, float]) -> Ints:
     """Vertices in rows of the grid from each place to the next."""
-    number = {(x, y): v for v, (x, y, _) in enumerate(surface.vertices.tolist())}
+    number = {(x, y): v for v, (x, y, _) in enumerate((surface.vertices / EDGE).tolist())}
     path = [number[places[0]]]
     for (x, y), (u, v) in zip(places, places[1:]):
         n = int(max(abs(u - x), abs(v - y)))
@@ -126,3 +131,9 @@ CLOTHS: dict[str, Callable[[], SurfaceMesh]] = {
 def cloth_latitudes(name: str) -> Latitudes:
     """The latitudes of one of the plates."""
     return offset_levels(CLOTHS[name](), spacing=SPACING)
+
+
+@cache
+def woven_cloth(name: str, pattern: str) -> Weave:
+    """The weave on the latitudes of one of the plates."""
+    return weave_lattice(link_pattern(cloth_latitudes(name), pattern=pattern))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import rhino3dm
 
+from open_cloth import cloth_latitudes
 from weavecore.exporting import rhino_history
 from weavecore.exporting.registry import encode
 from weavecore.exporting.rhino_history import with_fixed_dates
@@ -51,6 +52,17 @@ def test_layers_are_those_of_the_contract(tmp_path: Path) -> None:
     }
     longitudes = {layer: n for layer, n in counts.items() if "longitudes" in layer}
     assert longitudes == {"weave::longitudes::00": 4 * COLUMNS, "weave::longitudes::01": 4 * COLUMNS}
+
+
+def test_open_latitudes_are_open_curves_from_selvedge_to_selvedge(tmp_path: Path) -> None:
+    latitudes = cloth_latitudes("hole")
+    found = by_layer(read_back(tmp_path, latitudes))
+    curves = [one.Geometry for layer in sorted(found) if "latitudes" in layer for one in found[layer]]
+    assert [curve.IsClosed for curve in curves] == latitudes.polylines.closed.tolist()
+    for p, curve in enumerate(curves):
+        drawn, wanted = points_of(curve), latitudes.polylines.polyline(p)
+        assert np.array_equal(drawn[: len(wanted)], wanted)
+        assert len(drawn) == len(wanted) + curve.IsClosed
 
 
 def test_unit_and_tolerance_are_those_of_the_input(tmp_path: Path) -> None:

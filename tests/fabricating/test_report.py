@@ -11,6 +11,7 @@ from typing import Callable
 import pytest
 
 from fabricated import PATTERNS, SHELL, made, make, table
+from open_cloth import woven_cloth
 from weavecore import pipeline
 from weavecore.fabricating.fabricate import fabricate_weave
 from weavecore.fabricating.reporting import check_files
@@ -45,6 +46,12 @@ def test_a_folder_breaks_none_of_its_own_promises(pattern: str) -> None:
     assert report["pass"].count("no") == len(folder.failing)
     for finding in folder.failing:
         assert f"LOOK  {finding.invariant}" in folder.files["report.txt"].decode()
+
+
+@pytest.mark.parametrize("name", ["side", "hole", "slit"])
+@pytest.mark.parametrize("pattern", ["triangular", "plain", "kagome"])
+def test_a_folder_of_a_weave_with_selvedges_breaks_none_of_its_own_promises(name: str, pattern: str) -> None:
+    assert {finding.invariant for finding in make(woven_cloth(name, pattern)).failing} <= MODEL
 
 
 def test_a_tube_of_thin_rods_has_nothing_to_look_at() -> None:

@@ -10,6 +10,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from fabricated import PATTERNS, SHELL, made, make, table
+from open_cloth import woven_cloth
 from weavecore import pipeline
 from weavecore.fabricating.fabricate import TABLES, fabricate_weave
 from weavecore.fabricating.plan import plan_rods
@@ -173,6 +174,15 @@ def test_the_sequence_sets_borders_first_and_ties_each_joint_once() -> None:
     step = dict(zip(sequence["rod"], sequence["step"]))
     assert all(int(before) < int(own) for own, row in zip(sequence["step"], sequence.lists("after")) for before in row)
     assert len(step) == len(weave)
+
+
+def test_what_selvedges_cut_open_is_set_as_rods_and_what_stays_closed_as_rings() -> None:
+    weave = woven_cloth("slit", "plain")
+    rows, closed = table(make(weave), "sequence"), dict(zip(weave.ids, weave.strands.closed.tolist()))
+    for rod, action in zip(rows["rod"], rows["action"]):
+        wanted = "weave in" if rod[0] != "L" else "set ring" if closed[rod] else "set rod"
+        assert action == wanted
+    assert {"set ring", "set rod", "weave in"} == set(rows["action"])
 
 
 def test_the_mass_is_that_of_the_cut_rods() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from open_cloth import CLOTHS, cloth_latitudes
+from open_cloth import CLOTHS, cloth_latitudes, woven_cloth
 from weavecore import pipeline
 from weavecore.errors import BadIndex, NonFinite, Unreadable, Unsupported, WeaveError
 from weavecore.exporting.registry import encode
@@ -83,6 +83,12 @@ def test_origins_and_open_polylines_are_read_back(name: str) -> None:
     assert_same(latitudes, again)
     assert again.surface.starts is not None
     assert_same(latitudes.surface, decode_result(encode(latitudes.surface, "a.json")))
+
+
+@pytest.mark.parametrize("pattern", ["triangular", "plain", "kagome"])
+def test_a_weave_with_selvedges_is_read_back_value_for_value(pattern: str) -> None:
+    weave = woven_cloth("side with hole", pattern)
+    assert_same(weave, decode_result(encode(weave, "a.json")))
 
 
 def test_a_result_that_does_not_say_what_is_closed_has_closed_polylines() -> None:

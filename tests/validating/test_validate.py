@@ -8,10 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from open_cloth import CLOTHS, cloth_latitudes, path_through, plate, started
+from open_cloth import CLOTHS, cloth_latitudes, path_through, plate, started, woven_cloth
 from weavecore.errors import Broken, Unsupported
-from weavecore.model import LATITUDINAL, LONGITUDINAL, Bands, Latitudes, Lattice, Polylines, Strands, SurfaceMesh
+from weavecore.model import (
+    LATITUDINAL,
+    LONGITUDINAL,
+    POCKET,
+    Bands,
+    Latitudes,
+    Lattice,
+    Polylines,
+    Strands,
+    SurfaceMesh,
+)
 from weavecore.validating import Finding, Report, validate
+from weavecore.validating.hems import hem_edges
 from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube_surface
 
 BREAKERS: dict[str, dict[str, Callable]] = {"surface": {}, "latitudes": {}, "lattice": {}, "strands": {}}
@@ -295,9 +306,9 @@ def _() -> Latitudes:
     latitudes = cloth_latitudes("three sides")
     old, n = latitudes.polylines, int(latitudes.polylines.offsets[1])
     alone = Polylines(old.points[:n], [0, n], [False], old.face[:n], old.barycentric[:n])
-    pocket = Bands([0, 1], [0], [True], [True], [1], [12.0])
+    pocket = Bands([0, 1], [0], [True], [True], [1], [120.0])
     arrays = {"generation": [0], "distance": [0], "parents": []}
-    return replace(latitudes, polylines=alone, bands=pocket, spacing=11.0, **arrays)
+    return replace(latitudes, polylines=alone, bands=pocket, spacing=110.0, **arrays)
 
 
 @breaks_open("euler_sum_off")
@@ -454,6 +465,99 @@ def _(lattice: Lattice) -> Lattice:
     in_pocket = (lattice.node_latitude[lattice.edges] >= 4).all(1)
     across = np.flatnonzero(in_pocket & (np.ptp(lattice.node_latitude[lattice.edges], axis=1) > 0))
     return replace(lattice, edge_family=changed(lattice.edge_family, across[0], LONGITUDINAL))
+
+
+# ---- a lattice with selvedges, on open latitudes
+
+
+def cloth_lattice(name: str, pattern: str) -> Lattice:
+    return woven_cloth(name, pattern).lattice
+
+
+OPEN_LATTICE: dict[str, Callable] = {}
+
+
+def breaks_open_lattice(finding: str) -> Callable:
+    """Register a function that makes a right lattice with selvedges wrong in the way that one finding tells."""
+
+    def register(breaker: Callable) -> Callable:
+        OPEN_LATTICE[finding] = breaker
+        return breaker
+
+    return register
+
+
+for _name in ("rings_cut_short", "border_edges_astray", "nodes_off_selvedges_of_size"):
+    breaks("lattice", _name)(lambda _, name=_name: OPEN_LATTICE[name]())
+
+
+def end_nodes(lattice: Lattice, p: int) -> np.ndarray:
+    """The nodes of an open polyline, from its beginning to its end."""
+    nodes = np.flatnonzero(lattice.node_latitude == p)
+    return nodes[np.argsort(lattice.node_station[nodes])]
+
+
+@breaks_open_lattice("rings_cut_short")
+def _() -> Lattice:
+    lattice = cloth_lattice("side", "triangular")
+    last = end_nodes(lattice, 3)[-1]
+    return replace(lattice, node_station=changed(lattice.node_station, last, lattice.node_station[last] - 1e-3))
+
+
+@breaks_open_lattice("border_edges_astray")
+def _() -> Lattice:
+    lattice = cloth_lattice("side", "triangular")
+    return replace(lattice, edge_family=changed(lattice.edge_family, hem_edges(lattice)[2], POCKET))
+
+
+@breaks_open_lattice("nodes_off_selvedges_of_size")
+def _() -> Lattice:
+    lattice = cloth_lattice("side", "triangular")
+    last = end_nodes(lattice, 3)[-1]
+    return replace(lattice, nodes=changed(lattice.nodes, (last, 1), lattice.nodes[last, 1] + 1e-3))
+
+
+@breaks_open_lattice("rings_open")
+def _() -> Lattice:
+    lattice = cloth_lattice("side", "triangular")
+    first, second = np.sort(end_nodes(lattice, 3)[:2])
+    at = np.flatnonzero((lattice.edges == (first, second)).all(1))
+    return replace(lattice, edge_family=changed(lattice.edge_family, at, LONGITUDINAL))
+
+
+@breaks_open_lattice("rings_too_small")
+def _() -> Lattice:
+    lattice = cloth_lattice("side", "triangular")
+    gone = end_nodes(lattice, 3)[1:]
+    return replace(lattice, node_latitude=changed(lattice.node_latitude, gone, -1))
+
+
+@breaks_open_lattice("longitudinal_edges_astray")
+def _() -> Lattice:
+    lattice = cloth_lattice("side", "triangular")
+    first, second = np.sort(end_nodes(lattice, 3)[2:4])
+    at = np.flatnonzero((lattice.edges == (first, second)).all(1))
+    return replace(lattice, edge_family=changed(lattice.edge_family, at, LONGITUDINAL))
+
+
+@breaks_open_lattice("border_loops_off")
+def _() -> Lattice:
+    return without_faces(cloth_lattice("side", "triangular"), [30])
+
+
+@pytest.mark.parametrize("name", CLOTHS)
+@pytest.mark.parametrize("pattern", ["triangular", "quad", "diagonal"])
+def test_lattices_with_selvedges_hold(name: str, pattern: str) -> None:
+    lattice = cloth_lattice(name, pattern)
+    report = validate(lattice)
+    assert report.holds, str(report)
+    report = validate(woven_cloth(name, pattern).strands, lattice=lattice)
+    assert report.holds, str(report)
+
+
+@pytest.mark.parametrize("name", OPEN_LATTICE)
+def test_wrong_lattices_with_selvedges_break_their_finding(name: str) -> None:
+    assert not validate(OPEN_LATTICE[name]())[name].holds
 
 
 # ---- strands

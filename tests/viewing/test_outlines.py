@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from open_cloth import CLOTHS, COLUMNS, ROWS, cloth_latitudes, path_through, plate, started
+from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, path_through, plate, started
 from weavecore.model import Origins
 from weavecore.palette import SELVEDGES
 from weavecore.viewing.outlines import outlines_of
@@ -80,7 +80,7 @@ def test_an_open_polyline_is_drawn_without_a_closing_piece() -> None:
     drawn = np.linalg.norm(scene.ends - scene.starts, axis=1)
     of_selvedges = (scene.colours == SELVEDGES).all(1)
     assert drawn[~of_selvedges].sum() == pytest.approx(lines.lengths.sum())
-    assert drawn[of_selvedges].sum() == pytest.approx(COLUMNS)
+    assert drawn[of_selvedges].sum() == pytest.approx(COLUMNS * EDGE)
     rods = page_content(latitudes)["rods"]
     assert len(rods["names"]) == len(latitudes)
 

@@ -147,11 +147,12 @@ def axes_table(plan: RodPlan) -> Table:
 
 
 def sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
-    """One row a step."""
+    """One row a step; what the others bind is set, closed or from selvedge to selvedge."""
     joints = plan.weave.joints
     rows = []
     for k, (rod, is_ring) in enumerate(zip(sequence.strand.tolist(), sequence.is_ring.tolist())):
         tied = [joint_name(int(joints.node[j]), j, len(plan.nodes)) for j in sequence.tied_at(k).tolist()]
         after = (sequence.needed_by(k) + 1).tolist()
-        rows.append((k + 1, "set ring" if is_ring else "weave in", plan.ids[rod], listed(tied), listed(after)))
+        action = "weave in" if not is_ring else "set ring" if plan.axes.closed[rod] else "set rod"
+        rows.append((k + 1, action, plan.ids[rod], listed(tied), listed(after)))
     return Table("sequence", ("step", "action", "rod", "joints_to_tie", "after"), rows)

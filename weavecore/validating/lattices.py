@@ -6,20 +6,19 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.closest import closest_faces
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, Lattice
-from weavecore.validating.nodes import places_on_latitudes
+from weavecore.validating.hems import check_hem, hem_edges
+from weavecore.validating.nodes import OFF_LATITUDE, places_on_latitudes
 from weavecore.validating.report import Finding, count
+from weavecore.validating.selvedges import origins_along_borders
 
 SHORTEST_EDGE = 1e-3
 """An edge is longer than this part of the spacing."""
 
 FLIPPED_SHARE = 0.002
 """Faces that look against the surface, at most: a lattice coarser than a fold turns a face or two."""
-
-OFF_LATITUDE = 1e-9
-"""Parts of the surface's size by which a node may miss its station on its latitude."""
 
 RINGS_BETWEEN = ("hexagonal", "kagome")
 """Patterns whose inner rings run between the latitudes."""
@@ -141,27 +140,55 @@ def _sum_by_face(values: Floats, face: Ints, n_faces: int) -> Floats:
 
 
 def _check_families(lattice: Lattice) -> Iterator[Finding]:
-    """Rings close on their latitudes, and longitudinal edges bind a child to a parent (§5).
+    """Latitudinal edges run along latitudes, longitudinal ones bind a child to a parent (§5) or end on a selvedge.
 
-    In patterns whose rings run between the latitudes, or are left out, that is asked of the borders only.
+    In patterns whose rings run between the latitudes that is asked of the borders only.
     """
     family = lattice.edge_family
     unknown = (family < 0) | (family >= len(FAMILIES))
     yield count("families_unknown", np.flatnonzero(unknown), "edge")
     latitude = lattice.node_latitude[lattice.edges]
     on_one = (latitude[:, 0] == latitude[:, 1]) & (latitude[:, 0] >= 0)
-    ring = (family == LATITUDINAL) & on_one
     is_between = lattice.pattern in RINGS_BETWEEN
     astray = (family == LATITUDINAL) & ~on_one & (not is_between)
     yield count("latitudinal_edges_astray", np.flatnonzero(astray), "edge")
-    n = len(lattice.latitudes)
-    n_rings = len(lattice.latitudes.surface.borders) if lattice.pattern in RINGS_LEFT_OUT else n
-    degree = np.bincount(lattice.edges[ring].ravel(), minlength=lattice.n_nodes)
-    of_ring = (lattice.node_latitude >= 0) & (lattice.node_latitude < n_rings)
-    yield count("rings_open", lattice.node_latitude[of_ring & (degree != 2)], "polyline")
-    per_ring = np.bincount(lattice.node_latitude[of_ring], minlength=n_rings)
-    yield count("rings_too_small", np.flatnonzero(per_ring < 3), "polyline")
-    parents = lattice.latitudes.parents
+    yield from _check_rings(lattice, (family == LATITUDINAL) & on_one)
+    n, parents = len(lattice.latitudes), lattice.latitudes.parents
     bound = np.isin(latitude[:, 0] * n + latitude[:, 1], np.r_[parents @ (n, 1), parents @ (1, n)])
-    astray = (family == LONGITUDINAL) & ~bound & (not is_between)
+    # Of a surface that has no selvedge no edge ends on one.
+    hem = hem_edges(lattice) if lattice.latitudes.surface.is_selvedge.any() else np.zeros(0, np.int64)
+    on_hem = np.isin(np.arange(lattice.n_nodes), lattice.edges[hem]) & (lattice.node_latitude < 0)
+    astray = (family == LONGITUDINAL) & ~bound & (not is_between) & ~on_hem[lattice.edges].any(1)
+    astray[hem] = False
     yield count("longitudinal_edges_astray", np.flatnonzero(astray), "edge")
+    yield from check_hem(lattice)
+
+
+def _check_rings(lattice: Lattice, on_ring: Bools) -> Iterator[Finding]:
+    """Rings close on their latitudes, and rods along open ones reach from end to end.
+
+    In patterns whose rings run between the latitudes, or are left out, that is asked of the borders only.
+    """
+    polylines = lattice.latitudes.polylines
+    asked = np.ones(len(polylines) + 1, bool)
+    if lattice.pattern in RINGS_LEFT_OUT:
+        asked[len(lattice.latitudes.surface.origins) :] = False
+        asked[: len(lattice.latitudes.surface.origins)] = origins_along_borders(lattice.latitudes.surface)
+    asked[-1] = False
+    of_ring = np.flatnonzero(asked[lattice.node_latitude])
+    latitude = lattice.node_latitude[of_ring]
+    wanted = np.full(lattice.n_nodes, 2)
+    order = of_ring[np.lexsort([lattice.node_station[of_ring], latitude])]
+    rings, first = np.unique(lattice.node_latitude[order], return_index=True)
+    last = np.append(first[1:], len(order))[: len(first)] - 1
+    ends = np.stack([order[first], order[last]], axis=1)[~polylines.closed[rings]]
+    wanted[ends] = 1
+    degree = np.bincount(lattice.edges[on_ring].ravel(), minlength=lattice.n_nodes)
+    yield count("rings_open", latitude[degree[of_ring] != wanted[of_ring]], "polyline")
+    fewest = np.where(polylines.closed, 3, 2)
+    per_ring = np.bincount(latitude, minlength=len(polylines))
+    yield count("rings_too_small", np.flatnonzero(asked[:-1] & (per_ring < fewest)), "polyline")
+    open_ = rings[~polylines.closed[rings]]
+    short = np.abs(lattice.node_station[ends] - np.stack([np.zeros(len(open_)), polylines.lengths[open_]], axis=1))
+    room = OFF_LATITUDE * lattice.latitudes.surface.size
+    yield count("rings_cut_short", open_[(short > room).any(1)], "polyline")

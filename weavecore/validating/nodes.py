@@ -7,6 +7,9 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop
 from weavecore.model.lattice import Lattice
 
+OFF_LATITUDE = 1e-9
+"""Parts of the surface's size by which a node may miss its station on its latitude, or the selvedge that it is on."""
+
 
 def places_on_latitudes(lattice: Lattice, nodes: Ints) -> Floats:
     """Points (n, 3) at the stations of nodes that lie on latitudes."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.geometry.edges import edges_between
+from weavecore.geometry.fans import find_fans
 from weavecore.model.depths import node_depths
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
@@ -48,7 +50,8 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     """Whether each strand leans forward (1) or back (-1) as it leaves a latitude for the next, or neither (0).
 
     Forward is the way in which the latitude runs, the unexplored side on its left.  Both
-    ways of going along a strand agree on that, and so do two fronts that meet.
+    ways of going along a strand agree on that, and so do two fronts that meet.  A rod along a selvedge leans
+    neither way: it holds the ends of those that lean forward and of those that lean back.
     """
     before, after = steps_along(strands)
     a, b = strands.nodes[before], strands.nodes[after]
@@ -61,6 +64,11 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
     total = np.bincount(rows_of(strands.offsets)[before], slant, minlength=len(strands))
     lean: Ints = np.sign(np.where(np.abs(total) > 1e-9, total, 0.0)).astype(np.int64)
+    if lattice.latitudes.surface.is_selvedge.any():
+        inside = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes).n_faces > 1
+        owner = rows_of(strands.offsets)[before]
+        crosses = np.bincount(owner, inside[edges_between(lattice.edges, a, b)], minlength=len(strands)) > 0
+        lean[~crosses] = 0
     return lean
 
 
@@ -72,10 +80,12 @@ def _latitude_tangents(lattice: Lattice) -> Floats:
     first = np.searchsorted(latitude, latitude, side="left")
     count = np.searchsorted(latitude, latitude, side="right") - first
     rank = np.arange(len(order)) - first
+    closed = lattice.latitudes.polylines.closed[latitude]
+    # An open latitude does not go on from its last node to its first.
+    ahead = np.where(closed, (rank + 1) % count, np.minimum(rank + 1, count - 1))
+    behind = np.where(closed, (rank - 1) % count, np.maximum(rank - 1, 0))
     tangents = np.zeros((lattice.n_nodes, 3))
-    tangents[order] = (
-        lattice.nodes[order[first + (rank + 1) % count]] - lattice.nodes[order[first + (rank - 1) % count]]
-    )
+    tangents[order] = lattice.nodes[order[first + ahead]] - lattice.nodes[order[first + behind]]
     size = np.linalg.norm(tangents, axis=1, keepdims=True)
     unit: Floats = np.divide(tangents, size, out=tangents, where=size > 0)
     return unit

@@ -3,7 +3,8 @@
 A basket maker sets the rings and binds them with rods that bend in and out (Yan et al. 2016, §3).  Set all
 at first, the rings would hang free until the last of them stands; so a rod is woven in as soon as two rings that
 follow each other along it do, and the rings beyond are tied to the rods that wait for them.  A *ring* is a closed
-rod of the latitudinal family; what such a family has of open rods counts among the others.
+rod of the latitudinal family, or any rod of it where selvedges cut the latitudes open: a weft.  What that family
+has of open rods elsewhere counts among the others.
 """
 
 from __future__ import annotations
@@ -90,7 +91,8 @@ def _least_depth(weave: Weave) -> Floats:
 def _find_rings(weave: Weave) -> _Rings:
     strands = weave.strands
     owner = rows_of(strands.offsets)
-    is_ring = (strands.family == LATITUDINAL) & strands.closed
+    is_cut_open = not weave.lattice.latitudes.polylines.closed.all()
+    is_ring = (strands.family == LATITUDINAL) & (strands.closed | is_cut_open)
     counts = np.diff(strands.offsets)
     mean = np.bincount(owner, node_generations(weave.lattice)[strands.nodes], minlength=len(strands)) / counts
     visit = np.flatnonzero(is_ring[owner])[::-1]  # Where two rings cross, the first has the node.

@@ -68,7 +68,7 @@ def page_content(
         },
         "rods": _rods(curves, centre),
         "weave": _weave(value, centre) if isinstance(value, Weave) else None,
-        "sequence": _sequence(sequence) if sequence is not None else None,
+        "sequence": _sequence(sequence, curves) if sequence is not None else None,
     }
 
 
@@ -148,10 +148,10 @@ def _weave(weave: Weave, centre: Floats) -> dict[str, Any]:
     }
 
 
-def _sequence(sequence: BuildSequence) -> dict[str, Any]:
+def _sequence(sequence: BuildSequence, curves: Curves) -> dict[str, Any]:
     return {
         "rods": pack(sequence.strand, "Uint32Array"),
-        "isRing": pack(sequence.is_ring, "Uint8Array"),
+        "isRing": pack(sequence.is_ring & curves.closed[sequence.strand], "Uint8Array"),
         "generation": pack(sequence.generation, "Uint32Array"),
         "tiedOffsets": pack(sequence.tied_offsets, "Uint32Array"),
         "tied": pack(sequence.tied, "Uint32Array"),

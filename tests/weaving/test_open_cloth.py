@@ -1,0 +1,107 @@
+"""Rods on surfaces of which selvedges cut the latitudes open: wefts from selvedge to selvedge, and rods along these."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from open_cloth import CLOTHS, EDGE, ROWS, cloth_latitudes, woven_cloth
+from weavecore.model import LATITUDINAL, LONGITUDINAL
+from weavecore.validating.hems import hem_edges
+from weavecore.weaving.naming import find_lean
+from weavecore.weaving.sequence import find_sequence
+
+WITH_LATITUDES = ("triangular", "plain")
+
+
+@pytest.mark.parametrize("name", CLOTHS)
+@pytest.mark.parametrize("pattern", WITH_LATITUDES)
+def test_every_latitude_is_one_rod_closed_or_from_end_to_end(name: str, pattern: str) -> None:
+    weave, latitudes = woven_cloth(name, pattern), cloth_latitudes(name)
+    lattice, strands = weave.lattice, weave.strands
+    found = {}
+    for s in np.flatnonzero(strands.family == LATITUDINAL).tolist():
+        nodes = strands.strand(s)
+        on = set(lattice.node_latitude[nodes].tolist())
+        assert len(on) == 1
+        found[on.pop()] = strands.closed[s]
+        assert len(nodes) == (lattice.node_latitude == lattice.node_latitude[nodes[0]]).sum()
+    assert found == dict(enumerate(latitudes.polylines.closed.tolist()))
+
+
+def test_rods_end_on_selvedges_and_on_origins_alone() -> None:
+    for pattern in ("triangular", "plain", "diagonal", "kagome"):
+        weave = woven_cloth("side", pattern)
+        assert weave.n_ends_inside == 0
+        ends = weave.lattice.nodes[weave.end_nodes]
+        x, y = ends[:, 0], ends[:, 1]
+        low, high = weave.lattice.nodes.min(0), weave.lattice.nodes.max(0)
+        assert (np.isclose(x, low[0]) | np.isclose(x, high[0]) | np.isclose(y, low[1]) | np.isclose(y, high[1])).all()
+
+
+def test_a_rod_runs_along_every_straight_selvedge() -> None:
+    weave = woven_cloth("side", "plain")
+    nodes, strands = weave.lattice.nodes, weave.strands
+    corner = nodes.max(0)
+    sides = []
+    for s in np.flatnonzero(strands.family == LONGITUDINAL).tolist():
+        place = nodes[strands.strand(s)]
+        for axis in (0, 1):
+            sides += [(axis, at) for at in (0.0, corner[axis]) if np.allclose(place[:, axis], at)]
+    assert sorted(sides) == [(0, corner[0]), (1, 0.0), (1, corner[1])]
+
+
+@pytest.mark.parametrize("name", ["side", "two sides", "path across"])
+def test_rods_lean_forward_where_they_go_the_way_of_the_latitudes_as_they_go_deeper(name: str) -> None:
+    """Latitudes run down where it gets deeper to the right, else up: so forward is down as a rod goes to the right."""
+    weave = woven_cloth(name, "triangular")
+    strands, lattice = weave.strands, weave.lattice
+    lean = find_lean(strands, lattice)
+    told = 0
+    for s in np.flatnonzero(strands.family == LONGITUDINAL).tolist():
+        step = np.diff(lattice.nodes[strands.strand(s)], axis=0)
+        slant = -np.sign(step[:, 0]) * step[:, 1] / np.linalg.norm(step, axis=1)
+        if abs(slant.sum()) > 0.4:
+            told += 1
+            assert lean[s] == np.sign(slant.sum())
+    assert told > 12
+
+
+@pytest.mark.parametrize("name", CLOTHS)
+def test_rods_along_selvedges_lean_neither_way(name: str) -> None:
+    weave = woven_cloth(name, "triangular")
+    lattice, strands = weave.lattice, weave.strands
+    hem = {frozenset(edge) for edge in lattice.edges[hem_edges(lattice)].tolist()}
+    lean = find_lean(strands, lattice)
+    found = 0
+    for s in np.flatnonzero(strands.family == LONGITUDINAL).tolist():
+        nodes = strands.strand(s).tolist()
+        if all(frozenset(pair) in hem for pair in zip(nodes, nodes[1:])):
+            found += len(nodes) - 1 + strands.closed[s]
+            assert lean[s] == 0
+    assert found == len(hem)
+
+
+@pytest.mark.parametrize("name", CLOTHS)
+@pytest.mark.parametrize("pattern", ["triangular", "plain", "kagome"])
+def test_wefts_are_set_in_the_order_of_the_generations_and_bound_as_soon_as_two_stand(name: str, pattern: str) -> None:
+    weave = woven_cloth(name, pattern)
+    sequence, strands = find_sequence(weave), weave.strands
+    is_weft = strands.family == LATITUDINAL
+    assert np.array_equal(sequence.is_ring, is_weft[sequence.strand])
+    assert sequence.is_ring[0] or pattern == "kagome"  # whose rods run beside the latitudes
+    assert (np.diff(sequence.generation) >= 0).all()
+    step = np.empty(len(sequence), int)
+    step[sequence.strand] = np.arange(len(sequence))
+    weft_at = {int(node): s for s in np.flatnonzero(is_weft).tolist()[::-1] for node in strands.strand(s)}
+    for s in np.flatnonzero(~is_weft).tolist():
+        met = [weft_at[node] for node in strands.strand(s).tolist() if node in weft_at]
+        pairs = [max(step[a], step[b]) for a, b in zip(met, met[1:]) if a != b]
+        assert not pairs or min(pairs) < step[s]
+    assert sorted(sequence.tied.tolist()) == list(range(len(weave.joints)))
+
+
+def test_the_rods_of_a_cloth_go_over_and_under_without_conflict() -> None:
+    weave = woven_cloth("side", "plain")
+    assert len(weave.conflicts) == len(weave.clashes) == 0
+    assert weave.axes.lengths[weave.ids.index("L01")] == pytest.approx(ROWS * EDGE, rel=0.01)
