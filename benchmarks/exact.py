@@ -25,13 +25,18 @@ class Places:
 
 
 class ExactDistance:
-    """The exact distance from the borders at the vertices and the edges' midpoints of a mesh."""
+    """The exact distance from border edges at the vertices and the edges' midpoints of a mesh.
 
-    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+    Which halfedges (3F,) it starts at may be told by ``is_origin``; others of the border only bound the surface then.
+    """
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray, is_origin: np.ndarray | None = None) -> None:
         from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
+        if is_origin is None:
+            is_origin = np.ones(faces.size, bool)
         self._vertices, self._faces = _halve_edges(vertices, faces)
-        split_vertices, split_faces, sources = _split_borders(self._vertices, self._faces)
+        split_vertices, split_faces, sources = _split_borders(self._vertices, self._faces, _halves(is_origin))
         solver = PyGeodesicAlgorithmExact(split_vertices, split_faces)
         self._distance = solver.geodesicDistances(sources, None)[0][: len(self._vertices)]
 
@@ -70,11 +75,20 @@ def _halve_edges(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, n
     return np.concatenate([vertices, vertices[ends].mean(1)]), np.concatenate(parts)
 
 
-def _split_borders(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cut faces on the border into fans; the border's vertices and the new points are the sources."""
+def _halves(flags: np.ndarray) -> np.ndarray:
+    """Flags of halfedges handed on to their halves, in the order of `_halve_edges`."""
+    ab, bc, ca = flags.reshape(-1, 3).T
+    no = np.zeros(len(ab), bool)
+    return np.concatenate([np.c_[ab, no, ca], np.c_[ab, bc, no], np.c_[no, bc, ca], np.c_[no, no, no]]).ravel()
+
+
+def _split_borders(
+    vertices: np.ndarray, faces: np.ndarray, is_origin: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cut faces at origins on the border into fans; the origins' vertices and the new points are the sources."""
     n = len(vertices)
     tail, head = faces.ravel(), faces[:, [1, 2, 0]].ravel()
-    border = np.flatnonzero(~np.isin(head * n + tail, tail * n + head))
+    border = np.flatnonzero(is_origin & ~np.isin(head * n + tail, tail * n + head))
     # A face with two sides on the border has one of them split.
     face, first = np.unique(border // 3, return_index=True)
     side = border[first]
@@ -84,5 +98,5 @@ def _split_borders(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray,
     row = np.c_[a, n + np.arange(extra.shape[0] * extra.shape[1]).reshape(len(side), -1), b]
     fans = np.stack([row[:, :-1], row[:, 1:], np.broadcast_to(apex[:, None], (len(side), PARTS))], axis=2)
     kept = np.delete(faces, face, axis=0)
-    sources = np.unique(np.concatenate([tail[border], row.ravel()]))
+    sources = np.unique(np.concatenate([tail[border], head[border], row.ravel()]))
     return np.concatenate([vertices, extra.reshape(-1, 3)]), np.concatenate([kept, fans.reshape(-1, 3)]), sources

@@ -104,7 +104,7 @@ def error_of(latitudes: Latitudes) -> tuple[float, float] | None:
     if surface.cuts:
         return None
     inner = latitudes.generation[lines.owner] > 0
-    exact = ExactDistance(surface.vertices, surface.faces)
+    exact = ExactDistance(surface.vertices, surface.faces, surface.is_origin)
     distance = latitudes.distance[lines.owner[inner]]
     places = Places(surface.vertices, surface.faces, lines.face[inner], lines.barycentric[inner], distance)
     percent = 100 * exact.errors_at(places) / latitudes.spacing
