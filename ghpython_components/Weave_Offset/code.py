@@ -9,16 +9,22 @@ import weavecore as wc
 from weavecore import canvas
 
 
-def compute(run, surface, spacing, method):
-    spacings = canvas.numbers(spacing)
-    latitudes = wc.offset(surface, spacing=spacings, method=method or "levels", progress=run.progress)
+def compute(run, surface, spacing, method, borders, guides):
+    latitudes = wc.offset(
+        surface,
+        spacing=canvas.numbers(spacing),
+        method=method or "levels",
+        borders=canvas.chosen(borders),
+        curves=canvas.read_curves(run, guides),
+        progress=run.progress,
+    )
     drawn = canvas.draw_latitudes(run, latitudes)
     run.caption = canvas.counts(curve=len(latitudes), generation=latitudes.n_generations)
     return latitudes, drawn.curves, drawn.parents
 
 
 class Offset(Grasshopper.Kernel.GH_ScriptInstance):
-    def RunScript(self, surface, spacing, method: str):
-        inputs = {"surface": surface, "spacing": spacing, "method": method}
+    def RunScript(self, surface, spacing, method: str, borders, guides):
+        inputs = {"surface": surface, "spacing": spacing, "method": method, "borders": borders, "guides": guides}
         component, sticky = ghenv.Component, scriptcontext.sticky
         return canvas.solve(component, sticky, compute, inputs, needs={"surface": wc.SurfaceMesh}, n_outputs=3)

@@ -28,6 +28,7 @@ from ghpython.stubs import (
 from grasshopper_files.components import ACCESS, HINTS
 from weavecore import pipeline
 from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
+from woven_tube import tube_surface
 
 ANNOTATIONS = {"float": "float", "int": "int", "bool": "bool", "str": "str", "none": None, "plane": None}
 DOME = str(COMPONENTS.parent / "sample_files" / "hemisphere.3dm")
@@ -131,6 +132,47 @@ def test_real_input_gives_every_output_and_no_complaint(stages: dict[str, Ran]) 
     values = stages["surface"]["surface"], stages["offset"]["latitudes"], stages["link"]["lattice"]
     assert [type(value) for value in values] == [SurfaceMesh, Latitudes, Lattice]
     assert isinstance(stages["strands"]["weave"], Weave)
+
+
+@pytest.fixture(scope="module")
+def tube() -> SurfaceMesh:
+    return tube_surface()
+
+
+def test_the_offset_starts_at_chosen_borders(tube: SurfaceMesh, canvas: Canvas) -> None:
+    for wired in ([0], [None, 0], 0):
+        ran = run_component("Weave_Offset", surface=tube, spacing=[1.0], borders=wired)
+        assert ran.messages == []
+        assert [p.tolist() for p in ran["latitudes"].surface.starts.paths] == [tube.borders[0].tolist()]
+    assert run_component("Weave_Offset", surface=tube, borders=[])["latitudes"].surface.starts is None
+    ((level, text),) = run_component("Weave_Offset", surface=tube, borders=[2]).messages
+    assert (level, text[:9]) == ("Error", "BAD_INDEX")
+
+
+@pytest.mark.parametrize(
+    ("guide", "is_closed"),
+    [
+        (rhino_shapes.polyline((1, 0, 2), (np.cos(np.pi / 6), 0.5, 2), (0.5, np.cos(np.pi / 6), 2)), False),
+        (rhino3dm.Line(rhino_shapes.point(1, 0, 1), rhino_shapes.point(1, 0, 4)), False),
+        (rhino3dm.Circle(rhino_shapes.point(0, 0, 2), 0.98), True),
+    ],
+    ids=["polyline", "line", "circle"],
+)
+def test_the_offset_starts_at_guides(guide: Any, is_closed: bool, tube: SurfaceMesh, canvas: Canvas) -> None:
+    ran = run_component("Weave_Offset", surface=tube, spacing=[1.0], guides=[guide, None])
+    assert ran.messages == []
+    assert ran["latitudes"].surface.starts.closed.tolist() == [is_closed]
+    assert np.unique(ran["latitudes"].generation).tolist() == list(range(len(ran["curves"].branches)))
+    again = run_component("Weave_Offset", surface=tube, spacing=[1.0], guides=[guide, None])
+    assert again["latitudes"] is ran["latitudes"], "the same guide is not computed again"
+
+
+def test_a_guide_off_the_surface_is_refused_in_words(tube: SurfaceMesh, canvas: Canvas) -> None:
+    far = rhino3dm.Line(rhino_shapes.point(9, 0, 1), rhino_shapes.point(9, 0, 4))
+    for guide, told in ((far, "BAD_CURVE: The curve lies up to 8 off"), (object(), "BAD_CURVE: A object is no curve")):
+        ((level, text),) = run_component("Weave_Offset", surface=tube, guides=[guide]).messages
+        assert level == "Error"
+        assert text.startswith(told)
 
 
 def test_curves_lie_in_branches_by_generation(stages: dict[str, Ran]) -> None:

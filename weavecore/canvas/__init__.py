@@ -6,7 +6,7 @@ Nothing here imports Grasshopper before it is needed, so that it can be tested w
 """
 
 from weavecore.canvas.measuring import Measures, measure, measures_caption
-from weavecore.canvas.reading import numbers, read_geometry
+from weavecore.canvas.reading import chosen, numbers, read_curves, read_geometry
 from weavecore.canvas.results import (
     LatitudeResults,
     LatticeResults,
@@ -27,6 +27,7 @@ __all__ = [
     "RodResults",
     "Run",
     "check",
+    "chosen",
     "concerns",
     "counts",
     "draw_latitudes",
@@ -36,6 +37,7 @@ __all__ = [
     "measure",
     "measures_caption",
     "numbers",
+    "read_curves",
     "read_geometry",
     "report_lines",
     "solve",

@@ -18,6 +18,16 @@ _known: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
 """Texts of weavecore's values, which never change."""
 
 
+_TOLD_BY = (
+    ("X", "Y", "Z"),
+    ("Origin", "XAxis", "YAxis"),
+    ("From", "To"),
+    ("StartPoint", "MidPoint", "EndPoint"),
+    ("Plane", "Radius"),
+)
+"""What Rhino's structures are told by: points, planes, lines, arcs and circles."""
+
+
 class Indistinct(TypeError):
     """Two such inputs cannot be told apart."""
 
@@ -46,14 +56,14 @@ def digest(value: Any) -> str:
 
 
 def _of_rhino(value: Any) -> str:
-    """Of Rhino's other geometry, planes and points, and of lists."""
+    """Of Rhino's other geometry, lines, arcs, circles, planes and points, and of lists."""
     kind = type(value).__name__
     if hasattr(value, "DataCRC"):
         box = value.GetBoundingBox(False)
         return _hash(kind, str(value.DataCRC(0)), digest(box.Min), digest(box.Max))
     if hasattr(value, "Encode"):
         return _hash(kind, json.dumps(value.Encode(), sort_keys=True))
-    for names in (("X", "Y", "Z"), ("Origin", "XAxis", "YAxis")):
+    for names in _TOLD_BY:
         if all(hasattr(value, name) for name in names):
             return _hash(kind, *(digest(getattr(value, name)) for name in names))
     if isinstance(value, Iterable):

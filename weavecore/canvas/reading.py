@@ -13,6 +13,7 @@ from typing import Any, Optional, Union
 from weavecore import pipeline
 from weavecore.canvas.solving import Run
 from weavecore.errors import NoSurface
+from weavecore.geometry.arrays import Floats
 from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import plane_from
 from weavecore.units import METRES, Length
@@ -70,6 +71,31 @@ def numbers(values: Any) -> Union[float, list[float], None]:
         return values
     found = [float(value) for value in values if value is not None]
     return found if len(found) > 1 else found[0] if found else None
+
+
+def chosen(values: Any) -> Optional[list[int]]:
+    """The whole numbers that come to an input of list access; None where there are none."""
+    found = [values] if isinstance(values, (int, float)) else values or ()
+    return [int(value) for value in found if value is not None] or None
+
+
+def read_curves(run: Run, values: Any) -> Optional[list[Floats]]:
+    """Points along the curves that come to an input of list access; None where there are none.
+
+    Parameters
+    ----------
+    run : Run
+    values : iterable
+        Curves of Rhino, or the ids of such objects.
+
+    Raises
+    ------
+    WeaveError
+        As `weavecore.reading.curve_from`.
+    """
+    found = [_referenced(value) if type(value).__name__ == "Guid" else value for value in values or ()]
+    tolerance = run.document.tolerance
+    return [pipeline.curve_from(curve, tolerance=tolerance) for curve in found if curve is not None] or None
 
 
 def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:

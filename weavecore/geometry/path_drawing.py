@@ -19,7 +19,7 @@ _NEAR_ENDS = 0.25  # of the way from a crossing to either end, so that the path 
 _SAME = 1e-9  # of an edge: nearer than this there is no way between
 _MOST_HALVINGS = 8
 _MOST_LEFT_OUT = 3  # points one after the other that may be moved, and need not be gone through
-_MOST_STEPS = 100_000
+_MOST_STEPS = 10_000
 
 _ITSELF, _OTHER, _BORDER, _OFF = (
     "crosses or touches itself",
