@@ -2,7 +2,8 @@
 
 Not part of the tests, which are to be quick.  Each case has a name and a seed, and is woven at the
 suggested spacing or at up to twice or half of it; what breaks a promise is printed with how to
-repeat it.  The exit status is the number of failures, 99 at most.
+repeat it.  With ``--open`` distances start at a part of the borders alone.  The exit status is the number of
+failures, 99 at most.
 """
 
 # ruff: noqa: E402, T201  a script: its folders are put on the path before its imports, and it prints
@@ -13,6 +14,7 @@ import sys
 import time
 import traceback
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,14 +25,39 @@ sys.path[:0] = [str(HERE.parent), str(HERE.parent / "sample_files"), str(HERE)]
 from tough_surfaces import TOUGH
 from weavecore import pipeline
 from weavecore.errors import SpacingTooLarge, WeaveError
+from weavecore.model import Origins, SurfaceMesh
 from weavecore.validating import validate
 from weavecore.weaving.strands import find_strands
 
 
-def weave_case(name: str, seed: int, pattern: str) -> list[str]:
+def started(surface: SurfaceMesh, rng: np.random.Generator) -> SurfaceMesh:
+    """The surface with distances that start at some borders of each component, or at a stretch of its only one."""
+    component = np.zeros(surface.n_vertices, np.int64)
+    component[surface.faces] = surface.component_of_face[:, None]
+    paths, closed = [], []
+    for c in range(int(component.max()) + 1):
+        loops = [loop for loop in surface.borders if component[loop[0]] == c]
+        if len(loops) > 1:
+            chosen = rng.permutation(len(loops))[: rng.integers(1, len(loops))]
+            paths += [loops[k] for k in sorted(chosen)]
+            closed += [True] * len(chosen)
+        elif loops:
+            loop = np.roll(loops[0], rng.integers(len(loops[0])))
+            paths.append(loop[: max(2, int(len(loop) * rng.uniform(0.1, 0.7)))])
+            closed.append(False)
+        else:
+            own = [cut for cut in surface.cuts if component[cut[0]] == c]
+            paths += own
+            closed += [True] * len(own)
+    return replace(surface, starts=Origins(tuple(paths), np.array(closed)), cuts=())
+
+
+def weave_case(name: str, seed: int, pattern: str, is_open: bool) -> list[str]:
     """Weave one case; what went wrong, one line each, empty if all is well."""
     rng = np.random.default_rng([seed, *name.encode()])
     surface = pipeline.surface_from(TOUGH[name](seed))
+    if is_open:
+        surface = started(surface, rng)
     spacing = pipeline.suggest_spacing(surface) * (1.0 if seed % 2 == 0 else 2.0 ** rng.uniform(-1, 1))
     try:
         latitudes = pipeline.offset(surface, spacing=spacing)
@@ -45,10 +72,10 @@ def weave_case(name: str, seed: int, pattern: str) -> list[str]:
     return [str(finding) for report in reports for finding in report if not finding.holds]
 
 
-def run_case(name: str, seed: int, pattern: str, show_traceback: bool) -> tuple[str, list[str]]:
+def run_case(name: str, seed: int, pattern: str, is_open: bool, show_traceback: bool) -> tuple[str, list[str]]:
     """The outcome of a case in a word, and what there is to tell."""
     try:
-        broken = weave_case(name, seed, pattern)
+        broken = weave_case(name, seed, pattern, is_open)
     except WeaveError as error:
         return "refused", [str(error)]
     except Exception as error:  # noqa: BLE001  a crash is a result here
@@ -66,6 +93,7 @@ def main() -> int:
     parser.add_argument("--name", nargs="*", choices=sorted(TOUGH), help="only these surfaces")
     parser.add_argument("--seed", type=int, default=0, help="the first seed")
     parser.add_argument("--pattern", default="triangular")
+    parser.add_argument("--open", action="store_true", help="distances start at a part of the borders")
     parser.add_argument("--traceback", action="store_true", help="show where a case crashed")
     options = parser.parse_args()
     names = options.name or list(TOUGH)
@@ -74,7 +102,7 @@ def main() -> int:
     for case in range(options.count):
         name, seed = names[case % len(names)], options.seed + case // len(names)
         start = time.perf_counter()
-        outcome, told = run_case(name, seed, options.pattern, options.traceback)
+        outcome, told = run_case(name, seed, options.pattern, options.open, options.traceback)
         took = time.perf_counter() - start
         outcomes[outcome] += 1
         failures += outcome != "fine"

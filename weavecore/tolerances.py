@@ -10,6 +10,9 @@ LEAST_CAP = 0.04
 """A child that encloses nothing deeper than this part of the spacing is dropped: keeping it
 would add a loop about a speck, dropping it leaves a gap of at most 1.04 spacings."""
 
+LEAST_HEM = 0.35
+"""A polyline beyond which a selvedge follows nearer than this part of the spacing is left out."""
+
 LEAST_NECK = 0.03
 """A ridge that rises less than this part of the spacing above a level is put below it, so that the
 polylines on its two sides keep apart.  Less than `LEAST_CAP`: scraps that a cut leaves are dropped."""

@@ -169,7 +169,8 @@ class _Bisection:
         size_class = 2 * exponent.astype(np.int64) + (mantissa >= np.sqrt(0.5))
         corner, after = self.faces[queue], self.faces[queue][:, [1, 2, 0]]
         edge_id = np.minimum(corner, after) * np.int64(len(self.vertices)) + np.maximum(corner, after)
-        is_first = size_class == size_class.max(1, keepdims=True)
+        # An edge of just the length that is allowed shares the class of longer ones, and its other face may be done.
+        is_first = (size_class == size_class.max(1, keepdims=True)) & (square > 1.0)
         for key in (square.view(np.int64) >> _ROUNDED, edge_id):
             rank = np.where(is_first, key * _SCRAMBLE & _LOW_BITS, -1)
             is_first &= rank == rank.max(1, keepdims=True)

@@ -19,6 +19,8 @@ FEWEST_NODES = 3
 CORNER_TURN = np.radians(40.0)
 _LEAST_EDGE = 0.25
 """A corner nearer to the end of a path than this part of an edge is no node."""
+_MOST_CORNERS = 3
+"""So many corners are more than a path of as few edges keeps."""
 _YIELDING = 2
 """How many nodes on either side of one that is moved give way."""
 
@@ -83,7 +85,7 @@ def divide_path(points: Floats, stations: Floats, length: float, count: int) -> 
     edge = length / count
     corners = stations[1:-1][turns(points)[1:-1] > CORNER_TURN]
     corners = corners[(corners > _LEAST_EDGE * edge) & (corners < length - _LEAST_EDGE * edge)]
-    if len(corners) == 0 or len(corners) >= max(count, 2):
+    if len(corners) == 0 or len(corners) >= max(count, _MOST_CORNERS):
         return np.linspace(0.0, length, count + 1)
     starts = np.concatenate([[0.0], corners])
     runs = np.diff(np.append(starts, length))

@@ -16,6 +16,8 @@ from weavecore.linking.patterns import Pattern
 
 _STRAIN_COST = 4.0
 """Of each edge, times the square of its strain: by which part of the length aimed at it is longer or shorter."""
+_FEWEST_TO_SHIFT = 3
+"""Polylines of fewer edges are divided evenly."""
 _NEAR_SPIKE = 0.5
 """A node is moved onto a spike by no more than this part of an edge."""
 
@@ -40,7 +42,7 @@ def divide_openly(length: float, n_edges: int, spikes: Optional[Floats], pattern
         return ways
     for first, last in ((0.5, 0.5), (0.5, 1.0), (1.0, 0.5)):
         whole = int(np.rint(n_edges - first - last))
-        if whole < 0 or n_edges < 2:
+        if whole < 0 or n_edges < _FEWEST_TO_SHIFT:
             continue
         edge = length / (first + whole + last)
         stations = np.concatenate([[0.0], (first + np.arange(whole + 1)) * edge, [length]])

@@ -210,10 +210,10 @@ def divide_selvedges(selvedges: list[Selvedge], edge_length: float) -> list[Floa
 
 
 def _fewest_edges(first: End, last: End, *, is_half: bool) -> int:
-    """A border keeps three nodes; ``is_half``: one on which there are but two ends."""
+    """A border keeps three nodes, and what one polyline cuts off a corner; ``is_half``: of a border with two ends."""
     if first == last:
         return FEWEST_NODES
-    return 2 if is_half else 1
+    return 2 if is_half or first[0] == last[0] else 1
 
 
 def find_tongues(latitudes: Latitudes, selvedges: list[Selvedge]) -> Bools:

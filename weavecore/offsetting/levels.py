@@ -8,6 +8,7 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.ladder import Ladder, Spacing
 from weavecore.offsetting.preparing import refine_for, refuse_closed
+from weavecore.offsetting.shallow import drop_shallow
 from weavecore.offsetting.tracing import trace_latitudes
 from weavecore.offsetting.wavefront import measure_distance
 
@@ -50,4 +51,4 @@ def offset_levels(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     refuse_closed(surface)
     fine = refine_for(surface, ladder.least)
     field = measure_distance(fine, progress=progress)
-    return trace_latitudes(fine, field, spacing=spacing)
+    return drop_shallow(trace_latitudes(fine, field, spacing=spacing))

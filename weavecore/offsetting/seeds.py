@@ -114,13 +114,17 @@ def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[Rays, Ints, I
     owner = rows_of(offsets)
     part = (np.arange(len(owner)) - offsets[:-1][owner] + 0.5) / count[owner]
     angle = total[owner] - np.pi / 2 - wedge[owner] * part
-    halfedge, angle = find_sector(frames, corner[owner], angle)
+    rays = start_off_corner(frames, *find_sector(frames, corner[owner], angle))
+    rays.grade = grade_of(1 + np.arange(len(owner)) - offsets[:-1][owner])
+    return rays, offsets[:-1], offsets[1:] - 1
+
+
+def start_off_corner(frames: Unfolding, halfedge: Ints, angle: Floats) -> Rays:
+    """Rays from the tails of halfedges, at angles to them."""
     n = len(halfedge)
     start = _OFF_THE_CORNER * frames.length[halfedge]
     wide = np.full(n, np.inf)
-    rays = Rays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
-    rays.grade = grade_of(1 + np.arange(n) - offsets[:-1][owner])
-    return rays, offsets[:-1], offsets[1:] - 1
+    return Rays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
 
 
 def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:

@@ -11,7 +11,7 @@ from typing import Callable, Optional
 
 import numpy as np
 
-from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.geometry.unfolding import Unfolding
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.field import DistanceField
@@ -19,6 +19,7 @@ from weavecore.offsetting.front import Lag, Look, fill_gaps, measure_growth, thi
 from weavecore.offsetting.mirroring import glue_mirror
 from weavecore.offsetting.rays import Rays, advance, offer_start
 from weavecore.offsetting.records import Records
+from weavecore.offsetting.saddles import Saddles
 from weavecore.offsetting.seeds import seed_rays
 from weavecore.offsetting.settling import settle
 
@@ -48,7 +49,8 @@ def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> Dist
     first wins, which settles self- and mutual intersections (§4.3, §4.4) without looking for them.
     """
     frames, scale = _frames_of(surface)
-    records = _march(frames, progress)
+    tail, _ = halfedge_ends(surface.faces)
+    records = _march(frames, Saddles(frames, np.unique(tail[surface.is_selvedge])), progress)
     gradient = settle(frames, records)
     n = surface.n_vertices
     return DistanceField(records.distance[:n] * scale, gradient[:n])
@@ -65,7 +67,7 @@ def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
     return Unfolding(centred / scale, surface.faces, twins), scale
 
 
-def _march(frames: Unfolding, progress: Progress) -> Records:
+def _march(frames: Unfolding, saddles: Saddles, progress: Progress) -> Records:
     records = Records(frames, np.flatnonzero(frames.on_wall))
     lag = Lag(frames)
     rays = seed_rays(frames)
@@ -76,7 +78,9 @@ def _march(frames: Unfolding, progress: Progress) -> Records:
         while len(rays) or not lag.is_over:
             distance += STRIDE
             advance(frames, records, rays, distance)
-            rays = _mend(frames, records, rays.without(np.isinf(rays.distance)), distance, lag)
+            rays = rays.without(np.isinf(rays.distance))
+            rays = _joined(frames, records, rays, saddles.fan_out(frames, records, distance), distance)
+            rays = _mend(frames, records, rays, distance, lag)
             if progress is not None:
                 progress(float(np.isfinite(records.distance).mean()), "offsetting the borders")
             reached = records.distance[np.isfinite(records.distance)].max()
@@ -90,8 +94,14 @@ def _mend(frames: Unfolding, records: Records, rays: Rays, distance: float, lag:
         look = Look(frames, rays, distance)
         measure_growth(rays, look, STRIDE)
         rays = fill_gaps(frames, records, thin(rays, look), distance)
-    more = lag.take_up(frames, records, distance)
+    return _joined(frames, records, rays, lag.take_up(frames, records, distance), distance)
+
+
+def _joined(frames: Unfolding, records: Records, rays: Rays, more: Rays, distance: float) -> Rays:
+    """The rays, and new ones that are brought up to them."""
     if len(more) == 0:
         return rays
     advance(frames, records, more, distance)
-    return rays.joined(more.without(np.isinf(more.distance)))
+    more = more.without(np.isinf(more.distance))
+    more.after = np.where(more.after >= 0, more.after + len(rays), -1)
+    return rays.joined(more)

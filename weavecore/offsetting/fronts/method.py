@@ -14,6 +14,7 @@ from weavecore.offsetting.fronts.generations import STEPS_PER_SPACING, cover, ha
 from weavecore.offsetting.fronts.ground import Ground
 from weavecore.offsetting.ladder import Ladder, Spacing
 from weavecore.offsetting.preparing import refine_for, refuse_closed
+from weavecore.offsetting.shallow import drop_shallow
 from weavecore.offsetting.tracing import refuse_too_many_points, too_large
 
 _MOST_HALVINGS = 60
@@ -68,7 +69,7 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
         raise too_large(ladder.step_after(0), _find_depth(ground, ladder.step_after(0)))
     latitudes = assemble(fine, ground, generations, ladder=ladder)
     refuse_broken(latitudes)
-    return latitudes
+    return drop_shallow(latitudes)
 
 
 def _find_depth(ground: Ground, spacing: float) -> float:

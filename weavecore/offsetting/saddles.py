@@ -1,0 +1,53 @@
+"""Corners of selvedges that shortest paths bend around.
+
+Glued to its mirror a selvedge that turns away from the surface is a saddle with so much angle that no ray sees what
+lies behind it.  The front turns about it as about a border's corner: a fan of rays leaves it all around when it has
+been reached.  Those that run where the front has been are late, and die.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.unfolding import Unfolding
+from weavecore.offsetting.rays import Rays
+from weavecore.offsetting.records import Records
+from weavecore.offsetting.seeds import FAN_ANGLE, find_sector, start_off_corner
+
+SHARP = 0.05
+"""Radians above a full turn from which on fans are worth their while."""
+
+
+class Saddles:
+    """The saddles among some vertices (n,) that the front has not reached yet."""
+
+    def __init__(self, frames: Unfolding, vertices: Ints) -> None:
+        self._vertex = vertices[frames.excess[vertices] > SHARP]
+        leaving = np.full(len(frames.vertices), -1)
+        leaving[frames.tail[::-1]] = np.arange(len(frames.tail))[::-1]
+        self._leaving = leaving[self._vertex]
+
+    def fan_out(self, frames: Unfolding, records: Records, distance: float) -> Rays:
+        """Rays that leave all around the saddles which lie within a distance."""
+        at = records.distance[self._vertex]
+        reached = at < distance
+        rays = _fans(frames, self._vertex[reached], self._leaving[reached], at[reached])
+        self._vertex, self._leaving = self._vertex[~reached], self._leaving[~reached]
+        return rays
+
+
+def _fans(frames: Unfolding, vertex: Ints, leaving: Ints, distance: Floats) -> Rays:
+    total = frames.total_angle[vertex]
+    count = np.ceil(total / FAN_ANGLE).astype(np.int64)
+    offsets = offsets_of(count)
+    owner = rows_of(offsets)
+    angle = (np.arange(len(owner)) - offsets[owner] + 0.5) * (total / count)[owner]
+    halfedge, angle = find_sector(frames, leaving[owner], angle)
+    rays = start_off_corner(frames, halfedge, angle)
+    rays.distance = distance[owner]
+    # Counter-clockwise neighbours: the front between them runs the other way.
+    rays.after = np.arange(len(owner)) - 1
+    first = offsets[:-1]
+    rays.after[first] = offsets[1:] - 1
+    return rays
