@@ -259,3 +259,16 @@ class TestRefusals:
         second = embed_curve(first.vertices, first.faces, beside, fixed=fixed)
         assert not np.isin(second.path, first.path).any()
         hold(second, first.vertices, first.faces, beside, within=0.006)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_hand_that_trembles_draws_the_line_that_was_meant(seed):
+    rng = np.random.default_rng(seed)
+    vertices, faces = sheet(12)
+    meant = doodle(rng)
+    drawn = meant + rng.normal(size=meant.shape) * 0.002
+    drawn[-1] = drawn[0]
+    made = embed_curve(vertices, faces, drawn)
+    assert made.is_closed
+    hold(made, vertices, faces, drawn * [1, 1, 0], within=0.02)
+    assert distance_from_line(made.vertices[made.path], meant, False).max() < 0.02

@@ -19,8 +19,8 @@ from weavecore.geometry.curve_points import (
     turns,
 )
 
-_SLACK_OF_EDGE, _SLACK_OF_EXTENT = 0.02, 0.002
-"""Points tell the shape of a curve to these parts of the edges below it and of its own extent."""
+_SLACK_OF_EXTENT = 0.002
+"""Points tell the shape of a curve to this part of its own extent at least."""
 
 _SLACK_OF_ROOM = 0.1
 """And to this part of the distance to where it comes back to itself."""
@@ -92,7 +92,7 @@ class _Ground:
         return side
 
 
-def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: float) -> CurveOnMesh:
+def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: float, slack: float) -> CurveOnMesh:
     """Points that tell the shape of a curve, on the mesh that it lies on or near.
 
     Parameters
@@ -102,6 +102,8 @@ def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: fl
     curve : (n, 3) float64
         Points along it; a closed one comes back to its first.
     tolerance : float
+    slack : float
+        To which part of the edges below it the points are to tell its shape.
 
     Raises
     ------
@@ -122,8 +124,8 @@ def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: fl
             remedy="Give a longer one, or a finer mesh.",
         )
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    slack = np.minimum(_SLACK_OF_EDGE * side, _SLACK_OF_EXTENT * extent)
-    told, is_exact, room = _told_by_points(points, is_closed, slack, ground)
+    give = np.minimum(slack * side, _SLACK_OF_EXTENT * extent)
+    told, is_exact, room = _told_by_points(points, is_closed, give, ground)
     below, place, gap = ground.below(told)
     _refuse_far(told, gap, np.full(len(told), max(tolerance, _FAR_BETWEEN * ground.size)))
     return CurveOnMesh(place, below, is_closed, is_exact, room, ground.mean_side[below], ground.height[below])

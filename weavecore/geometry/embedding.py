@@ -25,6 +25,9 @@ from weavecore.geometry.growing import GrowingMesh
 from weavecore.geometry.halfedges import check_manifold_vertices, find_twins
 from weavecore.geometry.path_drawing import PathDrawing
 
+_SLACK, _ROUGH_SLACK = 0.02, 0.1
+"""The shape of a curve is told to this part of the edges below it, or, if nothing comes of that, more roughly."""
+
 _EDGE_PER_STEP = 2.5
 """Faces along the curve have no edge longer than so many steps from one of its points to the next."""
 
@@ -88,8 +91,16 @@ def embed_curve(
         or is too short.
     NonFinite, TooMuchWork
     """
+    points = np.asarray(curve, np.float64)
     kept = np.zeros((0, 2), np.int64) if fixed is None else fixed
-    drawn = curve_on_mesh(vertices, faces, np.asarray(curve, np.float64), tolerance=tolerance)
+    try:
+        return _embed(vertices, faces, points, tolerance, kept, _SLACK)
+    except BadCurve:  # A curve that trembles crosses itself where all of its points are taken.
+        return _embed(vertices, faces, points, tolerance, kept, _ROUGH_SLACK)
+
+
+def _embed(vertices: Floats, faces: Ints, curve: Floats, tolerance: float, kept: Ints, slack: float) -> Embedding:
+    drawn = curve_on_mesh(vertices, faces, curve, tolerance=tolerance, slack=slack)
     twins = find_twins(faces, len(vertices))
     beside = curve_beside_border(vertices, faces, twins, drawn, tolerance)
     if beside is None:
