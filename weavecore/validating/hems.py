@@ -6,15 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop
+from weavecore.geometry.arrays import Ints, next_in_loop
+from weavecore.geometry.closest import closest_faces
 from weavecore.geometry.halfedges import halfedge_ends
-from weavecore.geometry.segments import segment_distances
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, Lattice
 from weavecore.validating.nodes import OFF_LATITUDE
 from weavecore.validating.report import Finding, count
 from weavecore.validating.selvedges import origins_along_borders
-
-_PAIRS_AT_ONCE = 1_000_000
 
 
 def hem_edges(lattice: Lattice) -> Ints:
@@ -40,18 +38,9 @@ def check_hem(lattice: Lattice) -> Iterator[Finding]:
     yield count("border_edges_astray", astray, "edge")
     off = np.zeros(0)
     if len(selvedge) and len(hem):
-        tail, head = (surface.vertices[ends[selvedge]] for ends in halfedge_ends(surface.faces))
-        off = _distances(lattice.nodes[np.unique(lattice.edges[hem])], tail, head)
+        tail, head = (ends[selvedge] for ends in halfedge_ends(surface.faces))
+        nodes = lattice.nodes[np.unique(lattice.edges[hem])]
+        # Faces that are flat stand for their edges.
+        _, place = closest_faces(nodes, surface.vertices, np.stack([tail, head, head], axis=1))
+        off = np.linalg.norm(place - nodes, axis=1)
     yield Finding("nodes_off_selvedges_of_size", float(off.max(initial=0.0)) / surface.size, OFF_LATITUDE)
-
-
-def _distances(points: Floats, a: Floats, b: Floats) -> Floats:
-    """Distance (n,) of points to the nearest of the segments from ``a`` (m, 3) to ``b``."""
-    least = np.empty(len(points))
-    step = max(1, _PAIRS_AT_ONCE // len(a))
-    for begin in range(0, len(points), step):
-        here = points[begin : begin + step]
-        p = np.repeat(here, len(a), axis=0)
-        found, _ = segment_distances(p, p, np.tile(a, (len(here), 1)), np.tile(b, (len(here), 1)))
-        least[begin : begin + step] = found.reshape(len(here), -1).min(1)
-    return least
