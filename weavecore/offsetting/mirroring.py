@@ -12,6 +12,13 @@ import numpy as np
 from weavecore.geometry.arrays import Ints
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge
 from weavecore.model.surface import SurfaceMesh
+from weavecore.offsetting.rays import Rays
+
+
+def part_sheets(rays: Rays, surface: SurfaceMesh) -> None:
+    """Unlink rays of which one runs on the surface and the next on its mirror: there is no front between the two."""
+    on_mirror = rays.halfedge >= 3 * surface.n_faces
+    rays.after = np.where((rays.after >= 0) & (on_mirror != on_mirror[rays.after]), -1, rays.after)
 
 
 def glue_mirror(surface: SurfaceMesh) -> tuple[Ints, Ints, Ints]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.unfolding import Unfolding
+from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.rays import Rays
 from weavecore.offsetting.records import Records
 from weavecore.offsetting.seeds import FAN_ANGLE, find_sector, start_off_corner
@@ -20,13 +21,13 @@ SHARP = 0.05
 
 
 class Saddles:
-    """The saddles among some vertices (n,) that the front has not reached yet."""
+    """The corners of a surface's selvedges that the front has not reached yet."""
 
-    def __init__(self, frames: Unfolding, vertices: Ints) -> None:
-        self._vertex = vertices[frames.excess[vertices] > SHARP]
-        leaving = np.full(len(frames.vertices), -1)
-        leaving[frames.tail[::-1]] = np.arange(len(frames.tail))[::-1]
-        self._leaving = leaving[self._vertex]
+    def __init__(self, frames: Unfolding, surface: SurfaceMesh) -> None:
+        selvedge = np.flatnonzero(surface.is_selvedge)
+        vertex = surface.faces.ravel()[selvedge]
+        is_sharp = frames.excess[vertex] > SHARP
+        self._vertex, self._leaving = vertex[is_sharp], selvedge[is_sharp]
 
     def fan_out(self, frames: Unfolding, records: Records, distance: float) -> Rays:
         """Rays that leave all around the saddles which lie within a distance."""
@@ -39,7 +40,8 @@ class Saddles:
 
 def _fans(frames: Unfolding, vertex: Ints, leaving: Ints, distance: Floats) -> Rays:
     total = frames.total_angle[vertex]
-    count = np.ceil(total / FAN_ANGLE).astype(np.int64)
+    # An even number, so that no ray runs along the selvedge, where rounding would tell which sheet it is on.
+    count = 2 * np.ceil(total / (2 * FAN_ANGLE)).astype(np.int64)
     offsets = offsets_of(count)
     owner = rows_of(offsets)
     angle = (np.arange(len(owner)) - offsets[owner] + 0.5) * (total / count)[owner]

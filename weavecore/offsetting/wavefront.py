@@ -11,12 +11,12 @@ from typing import Callable, Optional
 
 import numpy as np
 
-from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
+from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.unfolding import Unfolding
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.field import DistanceField
 from weavecore.offsetting.front import Lag, Look, fill_gaps, measure_growth, thin
-from weavecore.offsetting.mirroring import glue_mirror
+from weavecore.offsetting.mirroring import glue_mirror, part_sheets
 from weavecore.offsetting.rays import Rays, advance, offer_start
 from weavecore.offsetting.records import Records
 from weavecore.offsetting.saddles import Saddles
@@ -49,8 +49,7 @@ def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> Dist
     first wins, which settles self- and mutual intersections (§4.3, §4.4) without looking for them.
     """
     frames, scale = _frames_of(surface)
-    tail, _ = halfedge_ends(surface.faces)
-    records = _march(frames, Saddles(frames, np.unique(tail[surface.is_selvedge])), progress)
+    records = _march(frames, surface, progress)
     gradient = settle(frames, records)
     n = surface.n_vertices
     return DistanceField(records.distance[:n] * scale, gradient[:n])
@@ -67,10 +66,11 @@ def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
     return Unfolding(centred / scale, surface.faces, twins), scale
 
 
-def _march(frames: Unfolding, saddles: Saddles, progress: Progress) -> Records:
+def _march(frames: Unfolding, surface: SurfaceMesh, progress: Progress) -> Records:
     records = Records(frames, np.flatnonzero(frames.on_wall))
-    lag = Lag(frames)
+    lag, saddles = Lag(frames), Saddles(frames, surface)
     rays = seed_rays(frames)
+    part_sheets(rays, surface)
     with np.errstate(all="ignore"):
         rays.gap = Look(frames, rays, 0.0).gap + 1e-12
         offer_start(frames, records, rays)
@@ -80,6 +80,7 @@ def _march(frames: Unfolding, saddles: Saddles, progress: Progress) -> Records:
             advance(frames, records, rays, distance)
             rays = rays.without(np.isinf(rays.distance))
             rays = _joined(frames, records, rays, saddles.fan_out(frames, records, distance), distance)
+            part_sheets(rays, surface)
             rays = _mend(frames, records, rays, distance, lag)
             if progress is not None:
                 progress(float(np.isfinite(records.distance).mean()), "offsetting the borders")

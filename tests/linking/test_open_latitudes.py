@@ -1,0 +1,175 @@
+"""Lattices on open polylines: strips, selvedges, slits and tongues."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bound_rings import check_weave
+from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_side, path_through, plate, started
+from weavecore.linking.derived import PATTERN_NAMES, link_pattern
+from weavecore.linking.selvedges import divide_selvedges, find_selvedges
+from weavecore.model import Origins, SurfaceMesh
+from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL
+from weavecore.offsetting.levels import offset_levels
+
+SPACINGS = (1.1, 1.7, 3.1)
+
+
+def naked_edges_of(lattice):
+    corners, offsets = lattice.face_nodes, lattice.face_offsets
+    sides = [
+        (int(a), int(b))
+        for start, end in zip(offsets[:-1], offsets[1:])
+        for a, b in zip(corners[start:end], np.roll(corners[start:end], -1))
+    ]
+    directed = set(sides)
+    return np.array([edge for edge in sides if edge[::-1] not in directed])
+
+
+@pytest.mark.parametrize("name", CLOTHS)
+@pytest.mark.parametrize("pattern", ["triangular", "quad", "twill"])
+def test_the_lattice_is_a_manifold_like_the_surface(name, pattern):
+    for spacing in SPACINGS:
+        latitudes = offset_levels(CLOTHS[name](), spacing=spacing * EDGE)
+        check_weave(link_pattern(latitudes, pattern=pattern))
+
+
+@pytest.mark.parametrize("pattern", PATTERN_NAMES)
+def test_every_pattern_keeps_the_topology(pattern):
+    for name in ("side with hole", "slit", "half"):
+        latitudes = cloth_latitudes(name)
+        lattice = link_pattern(latitudes, pattern=pattern)
+        assert lattice.n_nodes - lattice.n_edges + lattice.n_faces == latitudes.surface.euler_characteristic
+
+
+def test_from_one_side_triangles_are_regular_and_begin_alike_in_turns():
+    lattice = link_pattern(offset_levels(from_side(), spacing=2.0 * EDGE), pattern="triangular")
+    degree = np.bincount(lattice.edges.ravel(), minlength=lattice.n_nodes)
+    last = int(lattice.node_latitude.max())
+    x, y = lattice.nodes[:, 0], lattice.nodes[:, 1]
+    inside = (
+        (x > 1.0) & (y > 1.0) & (y < ROWS * EDGE - 1.0) & (lattice.node_latitude >= 0) & (lattice.node_latitude < last)
+    )
+    assert inside.sum() > 40
+    assert (degree[inside] == 6).all()
+    gaps = [np.diff(np.sort(lattice.node_station[lattice.node_latitude == p]))[0] for p in range(2, last)]
+    mean = np.mean(gaps)
+    assert (np.sign(np.array(gaps)[1:] - mean) == -np.sign(np.array(gaps)[:-1] - mean)).all()
+
+
+def test_from_one_side_quads_are_squares():
+    lattice = link_pattern(offset_levels(from_side(), spacing=2.0 * EDGE), pattern="twill", edge_length=2.0 * EDGE)
+    assert (np.diff(lattice.face_offsets) == 4).all()
+    assert lattice.edge_lengths == pytest.approx(np.full(lattice.n_edges, 2.0 * EDGE), rel=1e-3)
+
+
+def test_plain_strips_have_cells_with_an_even_number_of_sides():
+    lattice = link_pattern(offset_levels(from_side(), spacing=2.3 * EDGE), pattern="plain")
+    between = np.add.reduceat(lattice.node_latitude[lattice.face_nodes] < 0, lattice.face_offsets[:-1]) == 0
+    assert between.sum() > 30
+    assert (np.diff(lattice.face_offsets)[between] % 2 == 0).all()
+
+
+@pytest.mark.parametrize("name", CLOTHS)
+def test_ends_of_polylines_and_corners_of_selvedges_are_nodes(name):
+    latitudes = cloth_latitudes(name)
+    lattice = link_pattern(latitudes)
+    lines = latitudes.polylines
+    for p in np.flatnonzero(~lines.closed):
+        ends = lines.points[[lines.offsets[p], lines.offsets[p + 1] - 1]]
+        nodes = lattice.nodes[lattice.node_latitude == p]
+        assert np.linalg.norm(nodes[:, None] - ends, axis=2).min(0).max() < 1e-9 * EDGE
+    corners = np.array([[x, y, 0.0] for x in (0, COLUMNS) for y in (0, ROWS)]) * EDGE
+    near = np.linalg.norm(lattice.nodes[:, None] - corners, axis=2).min(0)
+    kept = near < 1e-9 * EDGE
+    # A corner may be cut off only where a polyline ends close to it.
+    for corner in corners[~kept]:
+        points = lines.points[np.concatenate([lines.offsets[:-1], lines.offsets[1:] - 1])]
+        assert np.linalg.norm(points - corner, axis=1).min() < 0.7 * lattice.edge_length
+
+
+def test_edges_along_selvedges_are_longitudinal_and_along_origins_latitudinal():
+    lattice = link_pattern(cloth_latitudes("side with hole"))
+    naked = np.sort(naked_edges_of(lattice), axis=1)
+    n = lattice.n_nodes
+    family = lattice.edge_family[np.searchsorted(lattice.edges[:, 0] * n + lattice.edges[:, 1], naked @ [n, 1])]
+    on_origin = (lattice.node_latitude[naked] == 0).all(1)
+    assert on_origin.any()
+    assert (family[on_origin] == LATITUDINAL).all()
+    assert (family[~on_origin] == LONGITUDINAL).all()
+
+
+def test_a_slit_is_woven_from_both_sides_and_stays_closed():
+    latitudes = cloth_latitudes("slit")
+    lattice = link_pattern(latitudes)
+    slit = np.flatnonzero(lattice.node_latitude == 0)
+    assert not np.isin(naked_edges_of(lattice), slit).any()
+    ring = lattice.edges[(lattice.edge_family == LATITUDINAL) & np.isin(lattice.edges, slit).all(1)]
+    assert len(ring) == len(slit) - 1
+
+
+def test_a_hole_that_one_polyline_meets_keeps_three_nodes():
+    surface = plate(lambda middle: np.abs(middle[:, :2] - (11.0, 7.0)).max(1) > 1.0)
+    surface = started(surface, path_through(surface, (0, ROWS), (0, 0)))
+    latitudes = offset_levels(surface, spacing=11.0 * EDGE)
+    lattice = link_pattern(latitudes, edge_length=11.0 * EDGE)
+    check_weave(lattice)
+
+
+def test_selvedges_follow_the_border_from_end_to_end():
+    latitudes = cloth_latitudes("side with hole")
+    selvedges = find_selvedges(latitudes)
+    lines, surface = latitudes.polylines, latitudes.surface
+    total = 0.0
+    for selvedge in selvedges:
+        total += selvedge.length
+        for end, point in ((selvedge.first, selvedge.points[0]), (selvedge.last, selvedge.points[-1])):
+            at = lines.offsets[end[0] + end[1]] - end[1]
+            assert np.linalg.norm(lines.points[at] - point) < 1e-9 * EDGE
+        steps = np.linalg.norm(np.diff(selvedge.points, axis=0), axis=1)
+        assert selvedge.stations == pytest.approx(np.concatenate([[0.0], np.cumsum(steps)]))
+    around = sum(
+        np.linalg.norm(np.diff(surface.vertices[[*loop, loop[0]]], axis=0), axis=1).sum() for loop in surface.borders
+    )
+    assert total == pytest.approx(around - ROWS * EDGE)
+
+
+def test_a_whole_border_that_no_polyline_meets_is_one_selvedge():
+    latitudes = offset_levels(CLOTHS["hole"](), spacing=1.1 * EDGE)
+    keeps = int(np.flatnonzero(~latitudes.polylines.closed)[0])
+    early = replace(
+        latitudes,
+        polylines=replace(
+            latitudes.polylines,
+            points=latitudes.polylines.points[: latitudes.polylines.offsets[keeps]],
+            offsets=latitudes.polylines.offsets[: keeps + 1],
+            closed=latitudes.polylines.closed[:keeps],
+            face=latitudes.polylines.face[: latitudes.polylines.offsets[keeps]],
+            barycentric=latitudes.polylines.barycentric[: latitudes.polylines.offsets[keeps]],
+        ),
+        generation=latitudes.generation[:keeps],
+        distance=latitudes.distance[:keeps],
+        parents=latitudes.parents[(latitudes.parents < keeps).all(1)],
+    )
+    (whole,) = find_selvedges(early)
+    assert whole.closed
+    assert whole.length == pytest.approx(2 * (COLUMNS + ROWS) * EDGE)
+    (stations,) = divide_selvedges([whole], 4.0 * EDGE)
+    places = np.array([whole.points[np.searchsorted(whole.stations, s)] for s in stations])
+    assert all((np.abs(places - [x * EDGE, y * EDGE, 0]).max(1) < 1e-9).any() for x in (0, COLUMNS) for y in (0, ROWS))
+
+
+def test_the_size_of_a_strip_does_not_matter():
+    corners = np.array([[0.0, 0, 0], [8, 0, 0], [8, 4, 0], [0, 4, 0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    start = Origins((np.array([3, 0]),), np.array([False]))
+    counts = set()
+    for scale in (1e-6, 1.0, 1e6):
+        surface = SurfaceMesh(corners * scale, faces, starts=start)
+        lattice = link_pattern(offset_levels(surface, spacing=0.5 * scale))
+        check_weave(lattice)
+        counts.add((lattice.n_nodes, lattice.n_edges, lattice.n_faces))
+    assert len(counts) == 1
