@@ -13,6 +13,12 @@ from weavecore.geometry.refinement import refine_faces
 ONE_TRIANGLE = (np.array([[0.0, 0, 0], [10, 0, 0], [3, 8, 0]]), np.array([[0, 1, 2]]))
 
 
+def half_square(width, height):
+    """Two triangles."""
+    corners = np.array([[0.0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]])
+    return corners, np.array([[0, 1, 2], [0, 2, 3]])
+
+
 def cube_with_hole():
     """A cube of edge 2 open at the top, with one of five faces fanned about a square hole: 16 triangles."""
     corners = np.array([[x, y, z] for z in (-1.0, 1) for y in (-1.0, 1) for x in (-1.0, 1)])
@@ -258,3 +264,27 @@ def test_lengths_below_rounding_are_refused():
     vertices, faces = ONE_TRIANGLE
     with pytest.raises(TooFarFromOrigin):
         refine_faces(vertices + 1e14, faces, longest=0.5)
+
+
+@pytest.mark.parametrize("width", [2.0, 4.0, 8.0, 16.0])
+@pytest.mark.parametrize("longest", [0.25, 0.5])
+def test_edges_of_just_the_longest_length_do_not_stall_it(width, longest):
+    vertices, faces = half_square(width, 4.0)
+    every = np.ones(6, bool)
+    fine = refine_faces(vertices, faces, longest=longest, yielding=every)
+    tail, head = halfedge_ends(fine.faces)
+    assert np.linalg.norm(fine.vertices[head] - fine.vertices[tail], axis=1).max() <= longest
+
+
+def test_yielding_edges_of_the_border_are_cut_and_stay_straight_and_others_stay_whole():
+    vertices, faces = half_square(8.0, 4.0)
+    yielding = np.array([True, True, False, False, True, False])  # all of the border but the left side
+    fine = refine_faces(vertices, faces, longest=0.3, yielding=yielding)
+    loop = border_loops(fine.faces, find_twins(fine.faces, len(fine.vertices)))[0]
+    rim = fine.vertices[loop]
+    on_rectangle = (np.abs(rim[:, 0]) < 1e-12) | (rim[:, 0] == 8) | (rim[:, 1] == 0) | (rim[:, 1] == 4)
+    assert on_rectangle.all()
+    assert (rim[:, 0] == 0).sum() == 2
+    steps = np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)
+    assert np.sort(steps)[-2:].tolist()[0] <= 0.3
+    assert steps.max() == 4.0
