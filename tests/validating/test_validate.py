@@ -308,7 +308,7 @@ def _() -> Latitudes:
     alone = Polylines(old.points[:n], [0, n], [False], old.face[:n], old.barycentric[:n])
     pocket = Bands([0, 1], [0], [True], [True], [1], [120.0])
     arrays = {"generation": [0], "distance": [0], "parents": []}
-    return replace(latitudes, polylines=alone, bands=pocket, spacing=110.0, **arrays)
+    return replace(latitudes, polylines=alone, bands=pocket, spacing=80.0, **arrays)
 
 
 @breaks_open("euler_sum_off")
