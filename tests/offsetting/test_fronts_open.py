@@ -13,7 +13,7 @@ from flat_fields import flat_surface
 from planar_meshes import circle, rectangle
 from tough_register import grid
 from weavecore import pipeline
-from weavecore.errors import Degenerate
+from weavecore.errors import Degenerate, SpacingTooLarge
 from weavecore.model import SurfaceMesh
 from weavecore.model.origins import Origins
 from weavecore.offsetting.fronts.checking import refuse_loose_ends
@@ -106,6 +106,20 @@ def test_a_hole_cuts_fronts_in_two_that_join_again_in_its_shadow():
     assert errors(latitudes, distance).max() < 0.02
 
 
+@pytest.mark.parametrize("spacing", [0.37, 1.33, 1.4, 1.5])
+def test_a_box_that_is_passed_within_one_step_has_arcs_about_its_corners_behind_it(spacing):
+    box = rectangle(1, 1.2, (-0.3, 0.1))
+    surface = starting_where(flat_surface([rectangle(8, 6), box], 0.25), left_of(-4 + 1e-9))
+    latitudes = offset_fronts(surface, spacing=spacing)
+
+    def distance(x, y):
+        y = np.abs(y - 0.1)
+        return np.where((x > 0.2 - 1e-6) & (y < 0.6), 4.2 + np.hypot(x - 0.2, y - 0.6), x + 4)
+
+    assert 2 in n_open(latitudes)
+    assert errors(latitudes, distance).max() < 0.01
+
+
 def test_rings_from_the_outer_border_open_when_they_come_to_the_inner_one():
     surface = flat_surface([circle(5.0, n=200), circle(1.5, (1.0, 0.3), n=60)], 0.25)
     latitudes = held(offset_fronts(starting_where(surface, lambda p: np.hypot(*p[:, :2].T) > 4.9), spacing=0.6))
@@ -120,14 +134,13 @@ def test_rings_from_a_hole_are_cut_by_the_outer_border_and_end_in_its_corners():
     assert errors(latitudes, lambda x, y: np.hypot(x, y) - 1.5).max() < 0.01
 
 
-@pytest.mark.parametrize("top", [0.4, 0.05])
-def test_fronts_are_offset_to_the_tip_that_two_selvedges_enclose(top):
-    wedge = np.array([[-top / 2, 5], [-1, 0], [1, 0], [top / 2, 5]])
+@pytest.mark.parametrize(("base", "top"), [(2.0, 0.4), (2.0, 0.05), (0.6, 0.02), (4.0, 0.001)])
+def test_fronts_are_offset_to_the_tip_that_two_selvedges_enclose(base, top):
+    wedge = np.array([[-top, 5], [-base, 0], [base, 0], [top, 5]]) / [2, 1]
     surface = starting_where(flat_surface([wedge], 0.25), lambda points: points[:, 1] < 1e-9)
     latitudes = held(offset_fronts(surface, spacing=0.48))
     assert n_open(latitudes) == [1] * 11
-    # They stand at right angles to both sides: arcs, but for the middle that the base has straight before it.
-    assert latitudes.polylines.lengths[10] < 0.1 + top
+    assert latitudes.polylines.lengths[10] == pytest.approx(top + (base - top) * 0.2 / 5, rel=0.1)
 
 
 def test_a_curve_inside_the_surface_is_offset_on_both_sides_and_around_its_ends():
@@ -167,6 +180,13 @@ def test_open_fronts_that_pass_each_other_have_no_child(length):
     assert sorted(latitudes.bands.euler.tolist()) == [1, 1, 1]
 
 
+def test_a_child_hardly_before_a_selvedge_is_dropped():
+    surface = starting_where(flat_surface([rectangle(1.02, 2)], 0.2), left_of(1e-9 - 0.51))
+    with pytest.raises(SpacingTooLarge):
+        offset_fronts(surface, spacing=1.0)
+    assert n_open(offset_fronts(surface, spacing=0.9)) == [1, 1]
+
+
 def test_from_one_end_of_a_tube_go_closed_rings_to_the_other():
     angle, z = np.meshgrid(2 * np.pi * np.arange(60) / 60, np.linspace(0, 3.3, 30), indexing="ij")
     points = np.stack([np.cos(angle), np.sin(angle), z], axis=-1).reshape(-1, 3)
@@ -178,9 +198,10 @@ def test_from_one_end_of_a_tube_go_closed_rings_to_the_other():
         np.testing.assert_allclose(latitudes.polylines.polyline(p)[:, 2], 0.5 * p, atol=1e-3)
 
 
-def test_a_slot_thinner_than_the_gap_between_two_rays_cuts_fronts():
-    slot = np.array([[-3, -2], [3, -2], [3, 2], [0.2, 2], [0.2, 0.41], [0.18, 0.41], [0.18, 2], [-3, 2]])
-    surface = starting_where(flat_surface([slot], 0.25), lambda points: points[:, 1] < 1e-9 - 2)
+@pytest.mark.parametrize(("x", "width"), [(0.18, 0.02), (0.213, 0.006), (0.45, 0.003), (0.317, 0.0005)])
+def test_a_slot_thinner_than_the_gap_between_two_rays_cuts_fronts(x, width):
+    slot = [[-3, -2], [3, -2], [3, 2], [x + width, 2], [x + width, 0.41], [x, 0.41], [x, 2], [-3, 2]]
+    surface = starting_where(flat_surface([np.array(slot)], 0.25), lambda points: points[:, 1] < 1e-9 - 2)
     latitudes = offset_fronts(surface, spacing=0.7)
     assert n_open(latitudes)[:6] == [1, 1, 1, 1, 2, 2]
     assert errors(latitudes, lambda _, y: y + 2).max() < 1e-4

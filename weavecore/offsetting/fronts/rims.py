@@ -133,10 +133,26 @@ class _Rims:
         one, other = aims.take(np.repeat(i, _TRIALS - 1)), aims.take(np.repeat(j, _TRIALS - 1))
         tried, tried_walks = between(self.ground, self.fronts, one, other, np.ones(len(share), bool), share)
         is_stopped = (tried.state == OUT).reshape(n, -1)
-        for k in np.flatnonzero(is_stopped.any(1)).tolist():
+        for k in range(n):
             chosen = np.arange(len(share)) == k * (_TRIALS - 1) + int(is_stopped[k].argmax())
-            self._put(int(i[k]), tried.take(chosen), tried_walks.take(chosen))
+            stopped, walk = tried.take(chosen), tried_walks.take(chosen)
+            if is_stopped[k].any():
+                self._put(int(i[k]), stopped, walk)
+            else:
+                self._split(int(i[k]), int(j[k]), stopped, walk)
         self._insert(np.ones(len(aims), bool))
+
+    def _split(self, i: int, j: int, between_them: Aims, walk: Walks) -> None:
+        """Let the child end on both sides of a spike too thin for any ray, if a spike it is."""
+        one, other, right = self.aims.take(np.array([i])), self.aims.take(np.array([j])), np.ones(1, bool)
+        before, before_walk = between(self.ground, self.fronts, one, other, right, np.zeros(1))
+        behind, behind_walk = between(self.ground, self.fronts, one, other, right, np.ones(1))
+        left_rim, left_walk = self._prolonged(before, before_walk, True)
+        right_rim, right_walk = self._prolonged(behind, behind_walk, False)
+        if left_rim.rim[0] != NO_TWIN and right_rim.rim[0] != NO_TWIN:
+            self._put(i, left_rim, left_walk)
+            self._put(i, replace(between_them, state=np.array([OUT])), walk)
+            self._put(i, right_rim, right_walk)
 
     def settle(self) -> bool:
         """Put what belongs between neighbours of which one arrives; whether there were any."""
@@ -186,7 +202,7 @@ class _Rims:
             return
         corner = _corner_passed(ground, out_walk, on_right) if wall != NO_TWIN else None
         if corner is None:
-            self._prolong(index, free, free_walk, on_right)
+            self._put(index, *self._prolonged(free, free_walk, on_right))
             return
         pivot, wedge = corner
         full = float(ground.walls.angle[pivot])
@@ -194,8 +210,8 @@ class _Rims:
         angles = fan(wedge) if on_right else full - fan(wedge)
         self._put_crept(index, at_corner, pivot, 0.0, angles, on_right, full)
 
-    def _prolong(self, index: int, free: Aims, walk: Walks, on_right: bool) -> None:
-        """Prolong the child straight on from its last vertex to the selvedge."""
+    def _prolonged(self, free: Aims, walk: Walks, on_right: bool) -> tuple[Aims, Walks]:
+        """The way of a ray and, from its end, straight on along the child to the selvedge."""
         ground, face = self.ground, walk.face[-1:]
         here, there = ground.flat(face, walk.start[-1:])[0], ground.flat(face, walk.end[-1:])[0]
         ux, uy = (there - here) / max(float(np.linalg.norm(there - here)), np.finfo(float).tiny)
@@ -215,7 +231,7 @@ class _Rims:
             on.wall_uy,
         )
         rim = np.where(is_out(ground, on), on.wall, NO_TWIN)
-        self._put(index, replace(free, reach=both.far, state=np.array([AT_RIM]), rim=rim), both)
+        return replace(free, reach=both.far, state=np.array([AT_RIM]), rim=rim), both
 
     def _put_crept(
         self, index: int, start: Aims, pivot: int, place: float, angles: Floats, on_right: bool, full: float
@@ -305,4 +321,5 @@ def _corner_passed(ground: Ground, walk: Walks, on_right: bool) -> tuple[int, fl
     beyond = pivot if on_right else int(walls.before[wall])
     wedge = float(walls.angle[pivot]) - (np.pi + slant if on_right else 2 * np.pi - slant)
     is_there = (1.0 - part if on_right else part) < _AT_THE_VERTEX
-    return (pivot, wedge) if is_there and wedge > _LEAST_WEDGE and ground.is_selvedge[beyond] else None
+    is_passed = is_there and wedge > -STRAIGHT and ground.is_selvedge[beyond]
+    return (pivot, max(wedge, _LEAST_WEDGE)) if is_passed else None

@@ -218,7 +218,6 @@ def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
     face = curves.face[segment]
     weights = curves.start[segment] * (1 - part)[:, None] + curves.end[segment] * part[:, None]
     turn, heading = find_turns(ground, face, ground.points(face, weights), offsets, curves.closed)
-    _bend_ends(turn, heading, offsets, curves.closed)
     count = np.where(turn < -SHARPEST_FAN, 0, _rays_at(turn))
     row = rows_of(offsets_of(count))
     rank = np.arange(len(row)) - offsets_of(count)[row]
@@ -241,14 +240,6 @@ def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
         place,
         off,
     )
-
-
-def _bend_ends(turn: Floats, heading: Floats, offsets: Ints, closed: Bools) -> None:
-    """Let open fronts bend on at their ends by half of what they turn at the vertex beside."""
-    rows = ~closed & (np.diff(offsets) > 2)
-    for end, beside, sign in ((offsets[:-1][rows], 1, -0.5), (offsets[1:][rows] - 1, -1, 0.5)):
-        bend = turn[end + beside]
-        heading[end] += np.where(np.abs(bend) < SMOOTH, sign * bend, 0.0)
 
 
 def _pivots(ground: Ground, face: Ints, weights: Floats, angle: Floats, is_end: Bools) -> tuple[Ints, Floats, Floats]:
