@@ -28,7 +28,7 @@ _SAME_PLACE = 1e-8
 
 
 def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, ladder: Ladder) -> Latitudes:
-    """The borders and cuts as generation 0, then the fronts of each generation."""
+    """The origins as generation 0, then the fronts of each generation."""
     origins = surface.origins
     polylines = _polylines(surface, origins, generations)
     n_fronts = [len(fronts) for fronts in generations]

@@ -23,8 +23,9 @@ Progress = Optional[Callable[[float, str], None]]
 
 
 def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress = None) -> Latitudes:
-    """Offset the borders and cuts of a surface inwards, step by step, until they fill it (Yan et al. 2016, §4).
+    """Offset the origins of a surface, step by step, until their children fill it (Yan et al. 2016, §4).
 
+    Origins are its borders and cuts, or what was chosen; borders that are none cut the children, which then are open.
     Each polyline's vertices are moved by one spacing along the surface at right angles to it, and joined to
     a child (§4.2).  Where children cross themselves or each other they are regrouped (§4.3, §4.4); what lies where
     a front has passed is dropped, and a child without room before it is not offset again (§4.5).
@@ -34,10 +35,10 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     Parameters
     ----------
     surface : SurfaceMesh
-        Every component has a border or a cut.
+        Every component has an origin.
     spacing : float or sequence of float
         Distance from one polyline to the next along the surface, in the model's unit; of several the first is
-        that from the borders, and the last goes on.
+        that from the origins, and the last goes on.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -50,7 +51,7 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     Raises
     ------
     Unsupported
-        When the spacing is not a positive number, or a component is closed and not cut.
+        When the spacing is not a positive number, or a component has no origin.
     Degenerate
         When the surface is too sharp or too rough for steps of that length.
     SpacingTooLarge
