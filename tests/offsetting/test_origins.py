@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_hole, from_side, path_through, plate, started
+from weavecore.errors import BadIndex
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model import Origins, SurfaceMesh
 from weavecore.offsetting.levels import offset_levels
@@ -180,3 +181,9 @@ def test_moving_and_turning_the_surface_moves_the_polylines(name):
 
 def test_the_opened_ends_are_those_of_the_levels():
     assert (np.abs(ends(cloth_latitudes("path across"))[:, 1] % (ROWS * EDGE)) < 1e-9).all()
+
+
+@pytest.mark.parametrize("path", [[0, 2], [0, 1, 10_000], [-1, 0]])
+def test_paths_off_the_edges_are_refused(path):
+    with pytest.raises(BadIndex, match="do not run along edges"):
+        started(plate(), np.array(path))

@@ -72,6 +72,7 @@ class SurfaceMesh:
         object.__setattr__(self, "cuts", tuple(frozen(loop, np.int64, (-1,)) for loop in self.cuts))
         object.__setattr__(self, "mendings", tuple(self.mendings))
         self._check_arrays()
+        self._check_starts()
         twins = find_twins(self.faces, len(self.vertices))
         check_manifold_vertices(self.faces, twins, len(self.vertices))
         twins.flags.writeable = False
@@ -95,6 +96,22 @@ class SurfaceMesh:
                 remedy="Repair the mesh: its face list does not fit its vertices.",
                 ids=bad.tolist(),
                 kind="face",
+            )
+
+    def _check_starts(self) -> None:
+        if self.starts is None:
+            return
+        n = np.int64(len(self.vertices))
+        (tail, head), (a, b) = halfedge_ends(self.faces), self.starts.edges()
+        sides = np.concatenate([tail * n + head, head * n + tail])
+        inside = (a >= 0) & (a < n) & (b >= 0) & (b < n)
+        bad = ~inside | ~np.isin(a * n + b, sides)
+        if bad.any():
+            raise BadIndex(
+                "Paths where distances start that do not run along edges",
+                remedy="Give vertices of which each has an edge to the next.",
+                ids=np.unique(a[bad]).tolist(),
+                kind="vertex",
             )
 
     @property
