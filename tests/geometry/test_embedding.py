@@ -28,7 +28,7 @@ def doodle(rng, n=200):
 
 
 def spiral(rng, n=200):
-    turn = np.linspace(1, 1 + rng.uniform(2, 5), n)
+    turn = np.linspace(1, 1 + rng.uniform(2, 5), n if rng.random() < 0.5 else 60)
     x, y = np.cos(2 * np.pi * turn), np.sin(2 * np.pi * turn)
     return np.stack([0.5 + 0.45 * turn / turn[-1] * x, 0.5 + 0.45 * turn / turn[-1] * y, 0 * turn], axis=1)
 
@@ -261,11 +261,20 @@ class TestRefusals:
         hold(second, first.vertices, first.faces, beside, within=0.006)
 
 
+def test_a_kink_between_long_thin_faces_is_not_overshot():
+    vertices, faces = sheet(4, 59)
+    vertices[:, 0] = np.array([0, 0.3601, 0.4918, 0.7094, 1])[np.round(vertices[:, 0] * 4).astype(int)]
+    turn = np.linspace(1, 9, 60)
+    reach = 0.45 * turn / turn[-1]
+    curve = np.stack([0.5 + reach * np.cos(2 * np.pi * turn), 0.5 + reach * np.sin(2 * np.pi * turn), 0 * turn], axis=1)
+    hold(embed_curve(vertices, faces, curve), vertices, faces, curve, within=0.01)
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_a_hand_that_trembles_draws_the_line_that_was_meant(seed):
     rng = np.random.default_rng(seed)
     vertices, faces = sheet(12)
-    meant = doodle(rng)
+    meant = doodle(rng, 800)
     drawn = meant + rng.normal(size=meant.shape) * 0.002
     drawn[-1] = drawn[0]
     made = embed_curve(vertices, faces, drawn)

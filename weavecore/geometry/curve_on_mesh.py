@@ -19,14 +19,13 @@ from weavecore.geometry.curve_points import (
     turns,
 )
 
-_SLACK_OF_EXTENT = 0.002
-"""Points tell the shape of a curve to this part of its own extent at least."""
+_EXTENT = 0.1
+"""This part of its own extent counts as an edge where the edges below a curve are longer."""
 
 _SLACK_OF_ROOM = 0.1
 """And to this part of the distance to where it comes back to itself."""
 
 _MOST_ROUNDS = 4
-_LEAST_SLACK = 1e-4  # of what it is where the curve does not come back to itself
 _KINK, _SHARP = np.radians(30), np.radians(120)
 _SHORTEST = 0.1  # of the least height of a face below it: a shorter curve is lost on the mesh
 _FAR_OF_EDGE, _FAR, _FAR_BETWEEN = 0.25, 0.02, 0.1
@@ -92,7 +91,9 @@ class _Ground:
         return side
 
 
-def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: float, slack: float) -> CurveOnMesh:
+def curve_on_mesh(
+    vertices: Floats, faces: Ints, curve: Floats, *, tolerance: float, slack: float, least: float
+) -> CurveOnMesh:
     """Points that tell the shape of a curve, on the mesh that it lies on or near.
 
     Parameters
@@ -103,7 +104,9 @@ def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: fl
         Points along it; a closed one comes back to its first.
     tolerance : float
     slack : float
-        To which part of the edges below it the points are to tell its shape.
+        To which part of the edges below it the points are to tell its shape, or of a tenth of its extent.
+    least : float
+        The same where it comes back to itself, however near.
 
     Raises
     ------
@@ -113,27 +116,30 @@ def curve_on_mesh(vertices: Floats, faces: Ints, curve: Floats, *, tolerance: fl
     """
     points, is_closed = clean_curve(curve, tolerance)
     ground = _Ground(vertices, faces)
-    face, _, gap = ground.below(points)
+    face, place, gap = ground.below(points)
     side = ground.mean_side[face]
     _refuse_far(points, gap, np.maximum(_FAR_OF_EDGE * side, max(tolerance, _FAR * ground.size)))
+    is_new = np.append(True, (place[1:] != place[:-1]).any(1))
+    points, side, face = place[is_new], side[is_new], face[is_new]
     start, end = segments_of(points, is_closed)
     length = float(np.linalg.norm(end - start, axis=1).sum())
-    if length < _SHORTEST * ground.height[face].min():
+    if length <= _SHORTEST * ground.height[face].min():
         raise BadCurve(
             f"A curve of the length {length:.4g} is lost on a mesh with edges of {side.min():.4g}",
             remedy="Give a longer one, or a finer mesh.",
         )
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    give = np.minimum(slack * side, _SLACK_OF_EXTENT * extent)
-    told, is_exact, room = _told_by_points(points, is_closed, give, ground)
+    unit = np.minimum(side, _EXTENT * extent)
+    told, is_exact, room = _told_by_points(points, is_closed, slack * unit, least * unit, ground)
     below, place, gap = ground.below(told)
     _refuse_far(told, gap, np.full(len(told), max(tolerance, _FAR_BETWEEN * ground.size)))
     return CurveOnMesh(place, below, is_closed, is_exact, room, ground.mean_side[below], ground.height[below])
 
 
-def _told_by_points(points: Floats, is_closed: bool, slack: Floats, ground: _Ground) -> tuple[Floats, Bools, Floats]:
+def _told_by_points(
+    points: Floats, is_closed: bool, slack: Floats, least: Floats, ground: _Ground
+) -> tuple[Floats, Bools, Floats]:
     """Points that tell the shape of a curve, whether each must stay where it is, and the room beside it."""
-    floor = _LEAST_SLACK * slack
     for _ in range(_MOST_ROUNDS):
         kept = thinned(points, is_closed, slack)
         line, given = divided(points[kept], is_closed, ground.side_at)
@@ -145,10 +151,10 @@ def _told_by_points(points: Floats, is_closed: bool, slack: Floats, ground: _Gro
         np.minimum.at(allowed, owner, rough)
         np.minimum.at(allowed, (owner + 1) % len(kept), rough)
         span = np.searchsorted(kept, np.arange(len(points)), side="right") - 1
-        least = np.maximum(np.minimum(allowed[span], allowed[(span + 1) % len(kept)]), floor)
-        if not (least < slack).any():
+        wanted = np.maximum(np.minimum(allowed[span], allowed[(span + 1) % len(kept)]), least)
+        if not (wanted < slack).any():
             break
-        slack = np.minimum(slack, least)
+        slack = np.minimum(slack, wanted)
     is_given, turn = given >= 0, turns(points[kept], is_closed)
     is_exact = np.zeros(len(line), bool)
     is_exact[is_given] = keep_ends(turn > _KINK, is_closed)

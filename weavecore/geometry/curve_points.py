@@ -112,7 +112,18 @@ def thinned(points: Floats, is_closed: bool, slack: Floats) -> Ints:
             stack += [(first, middle), (middle, last)]
             _check_count(len(kept))
     found = np.array(sorted(kept), np.int64)
-    return found[found < n]
+    return _apart(points, found[found < n], slack, is_closed)
+
+
+def _apart(points: Floats, kept: Ints, slack: Floats, is_closed: bool) -> Ints:
+    """The kept points without those as near to the one before as their slack: hairpins of a line that trembles."""
+    last = int(kept[0]) if is_closed else int(kept[-1])
+    apart = [int(kept[0])]
+    for k in kept[1:].tolist():
+        is_clear = all(np.linalg.norm(points[k] - points[other]) > slack[k] for other in (apart[-1], last))
+        if is_clear or (k == last and not is_closed):
+            apart.append(k)
+    return np.array(apart, np.int64) if len(apart) > 2 else kept
 
 
 def divided(points: Floats, is_closed: bool, longest: Callable[[Floats], Floats]) -> tuple[Floats, Ints]:

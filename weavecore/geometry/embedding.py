@@ -25,8 +25,9 @@ from weavecore.geometry.growing import GrowingMesh
 from weavecore.geometry.halfedges import check_manifold_vertices, find_twins
 from weavecore.geometry.path_drawing import PathDrawing
 
-_SLACK, _ROUGH_SLACK = 0.02, 0.1
-"""The shape of a curve is told to this part of the edges below it, or, if nothing comes of that, more roughly."""
+_FINE, _ROUGH = (0.02, 2e-6), (0.1, 0.1)
+"""The shape of a curve is told to this part of the edges below it, and, where it comes back to itself, to that; or, if
+nothing comes of it, more roughly."""
 
 _EDGE_PER_STEP = 2.5
 """Faces along the curve have no edge longer than so many steps from one of its points to the next."""
@@ -94,13 +95,15 @@ def embed_curve(
     points = np.asarray(curve, np.float64)
     kept = np.zeros((0, 2), np.int64) if fixed is None else fixed
     try:
-        return _embed(vertices, faces, points, tolerance, kept, _SLACK)
+        return _embed(vertices, faces, points, tolerance, kept, *_FINE)
     except BadCurve:  # A curve that trembles crosses itself where all of its points are taken.
-        return _embed(vertices, faces, points, tolerance, kept, _ROUGH_SLACK)
+        return _embed(vertices, faces, points, tolerance, kept, *_ROUGH)
 
 
-def _embed(vertices: Floats, faces: Ints, curve: Floats, tolerance: float, kept: Ints, slack: float) -> Embedding:
-    drawn = curve_on_mesh(vertices, faces, curve, tolerance=tolerance, slack=slack)
+def _embed(
+    vertices: Floats, faces: Ints, curve: Floats, tolerance: float, kept: Ints, slack: float, least: float
+) -> Embedding:
+    drawn = curve_on_mesh(vertices, faces, curve, tolerance=tolerance, slack=slack, least=least)
     twins = find_twins(faces, len(vertices))
     beside = curve_beside_border(vertices, faces, twins, drawn, tolerance)
     if beside is None:
