@@ -17,6 +17,7 @@ from weavecore.model import (
     Bands,
     Latitudes,
     Lattice,
+    Origins,
     Polylines,
     Strands,
     SurfaceMesh,
@@ -68,11 +69,6 @@ def _(surface: SurfaceMesh) -> SurfaceMesh:
     return replace(surface, cuts=(np.arange(COLUMNS),))  # along the border
 
 
-@breaks("surface", "origins_off_edges")
-def _(surface: SurfaceMesh) -> SurfaceMesh:
-    return started(surface, np.arange(COLUMNS, 2 * COLUMNS, 2))
-
-
 @breaks("surface", "origins_astray")
 def _(surface: SurfaceMesh) -> SurfaceMesh:
     return started(surface, surface.borders[0][::-1], closed=True)  # the surface is on its right
@@ -80,7 +76,8 @@ def _(surface: SurfaceMesh) -> SurfaceMesh:
 
 @breaks("surface", "origins_that_meet")
 def _(surface: SurfaceMesh) -> SurfaceMesh:
-    return started(surface, surface.borders[0], surface.borders[0][:3], closed=True)
+    loop = surface.borders[0]
+    return replace(surface, starts=Origins((loop, loop[:3]), np.array([True, False])))
 
 
 # ---- latitudes

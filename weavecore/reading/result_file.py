@@ -111,16 +111,15 @@ def _surface(document: ResultPart) -> SurfaceMesh:
     vertices = part.floats("vertices", (-1, 3))
     offsets, values = part.rows("cut", len(vertices)) if "cut" in part else (np.zeros(1, np.int64), None)
     cuts = () if values is None else tuple(np.split(values, offsets[1:-1]))
-    faces = part.indices("faces", (-1, 3), len(vertices))
     return SurfaceMesh(
         vertices,
-        faces,
+        part.indices("faces", (-1, 3), len(vertices)),
         unit=document.text("unit"),
         tolerance=document.number("tolerance", least=0.0),
         cuts=cuts,
         name=part.text("name"),
         mendings=tuple(part.texts("mendings")),
-        starts=take_origins(part, faces, len(vertices)) if "origins" in part else None,
+        starts=take_origins(part, len(vertices)) if "origins" in part else None,
     )
 
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Ints
-from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.model import Origins
 from weavecore.reading.result_part import ResultPart, damaged_result
 
 
-def take_origins(surface: ResultPart, faces: Ints, n_vertices: int) -> Origins:
-    """The origins of a surface of which the faces (F, 3) were read before: paths along its edges that do not meet."""
+def take_origins(surface: ResultPart, n_vertices: int) -> Origins:
+    """The origins of a surface, of which the vertices were read before; they do not meet."""
     rows = list(surface.parts("origins"))
     paths = tuple(row.indices("vertices", (-1,), n_vertices) for row in rows)
     closed = np.array([row.flag("closed") for row in rows], bool)
@@ -22,16 +20,4 @@ def take_origins(surface: ResultPart, faces: Ints, n_vertices: int) -> Origins:
     passed = origins.vertices()
     if len(np.unique(passed)) < len(passed):
         raise damaged_result(f"{surface.path('origins')} pass a vertex twice")
-    if not _are_edges(*origins.edges(), faces, n_vertices).all():
-        raise damaged_result(f"{surface.path('origins')} leave the edges of the surface")
     return origins
-
-
-def _are_edges(a: Ints, b: Ints, faces: Ints, n_vertices: int) -> Bools:
-    """Whether pairs of vertices are the ends of an edge."""
-    tail, head = halfedge_ends(faces)
-    known: Bools = np.isin(
-        np.minimum(a, b) * n_vertices + np.maximum(a, b),
-        np.minimum(tail, head) * n_vertices + np.maximum(tail, head),
-    )
-    return known

@@ -12,7 +12,7 @@ from weavecore.validating.report import Finding, count
 
 
 def check_surface(surface: SurfaceMesh) -> Iterator[Finding]:
-    """Faces without area, vertices without faces, and cuts or origins that leave the edges or meet."""
+    """Faces without area, vertices without faces, cuts that leave the edges, cuts and origins that meet."""
     flat = np.flatnonzero(~surface.face_normals.any(1))
     yield count("faces_without_area", flat, "face")
     used = np.bincount(surface.faces.ravel(), minlength=surface.n_vertices) > 0
@@ -34,23 +34,22 @@ def _check_cuts(surface: SurfaceMesh) -> Iterator[Finding]:
 
 
 def _check_origins(surface: SurfaceMesh) -> Iterator[Finding]:
-    """Origins run along edges and do not meet, each wholly along one border, which has them on its left, or inside."""
+    """Origins do not meet, and each runs wholly along one border, with the surface on its left, or wholly inside."""
     origins, n = surface.origins, surface.n_vertices
     tail, head = halfedge_ends(surface.faces)
-    forth, back = tail * n + head, head * n + tail
+    a, b = origins.edges()
+    forth, back = np.isin(a * n + b, tail * n + head), np.isin(b * n + a, tail * n + head)
+    counts = np.array([len(path) for path in origins.paths], np.int64)
+    path = np.repeat(np.arange(len(origins)), counts - ~origins.closed)
     on_border = np.zeros(n, bool)
     on_border[np.concatenate([np.zeros(0, np.int64), *surface.borders])] = True
-    off, astray = [], []
-    for k, (path, closed) in enumerate(zip(origins.paths, origins.closed.tolist())):
-        steps = path * n + np.roll(path, -1) if closed else path[:-1] * n + path[1:]
-        if not (np.isin(steps, forth) | np.isin(steps, back)).all():
-            off.append(k)
-        along = (np.isin(steps, forth) & ~np.isin(steps, back)).all()
-        inner = path if closed else path[1:-1]
-        inside = not on_border[inner].any() and (np.isin(steps, forth) & np.isin(steps, back)).all()
-        if not (along or inside):
-            astray.append(k)
-    yield count("origins_off_edges", off, "origin")
-    yield count("origins_astray", astray, "origin")
+    # The ends of an open one may touch a border.
+    ends = np.concatenate(
+        [np.zeros(0, np.int64), *(p[[0, -1]] for p, c in zip(origins.paths, origins.closed) if not c)]
+    )
+    on_border[ends] = False
+    along = np.setdiff1d(np.arange(len(origins)), path[~forth | back])
+    inside = np.setdiff1d(np.arange(len(origins)), path[~(forth & back) | on_border[a] | on_border[b]])
+    yield count("origins_astray", np.setdiff1d(np.arange(len(origins)), np.union1d(along, inside)), "origin")
     vertex, times = np.unique(origins.vertices(), return_counts=True)
     yield count("origins_that_meet", vertex[times > 1], "vertex")
