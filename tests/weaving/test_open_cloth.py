@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from open_cloth import CLOTHS, EDGE, ROWS, cloth_latitudes, woven_cloth
-from weavecore.model import LATITUDINAL, LONGITUDINAL
+from open_cloth import CLOTHS, EDGE, ROWS, SPACING, cloth_latitudes, woven_cloth
+from weavecore.model import LATITUDINAL, LONGITUDINAL, first_generations
 from weavecore.validating.hems import hem_edges
 from weavecore.weaving.naming import find_lean
 from weavecore.weaving.sequence import find_sequence
@@ -105,3 +105,17 @@ def test_the_rods_of_a_cloth_go_over_and_under_without_conflict() -> None:
     weave = woven_cloth("side", "plain")
     assert len(weave.conflicts) == len(weave.clashes) == 0
     assert weave.axes.lengths[weave.ids.index("L01")] == pytest.approx(ROWS * EDGE, rel=0.01)
+
+
+def test_rods_beside_the_latitudes_begin_at_the_generation_before_them() -> None:
+    weave = woven_cloth("side", "kagome")
+    lattice, strands = weave.lattice, weave.strands
+    begins = first_generations(strands, lattice)
+    for s in range(len(strands)):
+        nodes = strands.strand(s)
+        if (lattice.node_latitude[nodes] < 0).all():
+            assert abs(begins[s] - lattice.nodes[nodes, 0].min() / SPACING) <= 1.0 + EDGE / SPACING
+    wefts = np.flatnonzero(strands.family == LATITUDINAL).tolist()
+    order = sorted(wefts, key=lambda s: lattice.nodes[strands.strand(s), 0].mean())
+    assert (np.diff(begins[order]) >= 0).all()
+    assert begins[order[-1]] > 5

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, frozen
+from weavecore.model.depths import node_generations
 from weavecore.model.lattice import Lattice
 
 
@@ -53,10 +54,17 @@ class Strands:
 
 
 def first_generations(strands: Strands, lattice: Lattice) -> Ints:
-    """(S,) the least generation that each strand touches; hubs, which lie on none, do not count unless they are all."""
+    """(S,) the least generation that each strand touches.
+
+    Nodes that lie on none do not count unless they are all; then it is 0, or on a surface with selvedges, along which
+    rods lie at any depth, that of the latitudes before them.
+    """
     latitudes = lattice.latitudes
     none = latitudes.n_generations
     of_node = np.where(lattice.node_latitude < 0, none, latitudes.generation[lattice.node_latitude])
     least: Ints = np.minimum.reduceat(of_node[strands.nodes], strands.offsets[:-1])
-    begins: Ints = np.where(least == none, 0, least)
+    before = np.zeros(len(strands), np.int64)
+    if latitudes.surface.is_selvedge.any():
+        before = np.minimum.reduceat(np.floor(node_generations(lattice))[strands.nodes], strands.offsets[:-1])
+    begins: Ints = np.where(least == none, before, least).astype(np.int64)
     return begins
