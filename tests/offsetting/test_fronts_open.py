@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from comparing import compare
 from drawn_curves import draw_open, signed_areas, square_ground
@@ -134,13 +136,15 @@ def test_rings_from_a_hole_are_cut_by_the_outer_border_and_end_in_its_corners():
     assert errors(latitudes, lambda x, y: np.hypot(x, y) - 1.5).max() < 0.01
 
 
-@pytest.mark.parametrize(("base", "top"), [(2.0, 0.4), (2.0, 0.05), (0.6, 0.02), (4.0, 0.001)])
-def test_fronts_are_offset_to_the_tip_that_two_selvedges_enclose(base, top):
+@pytest.mark.parametrize(("base", "top", "n_fronts"), [(2.0, 0.4, 10), (2.0, 0.05, 10), (0.6, 0.02, 10), (4.0, 0.0, 8)])
+def test_fronts_are_offset_to_the_tip_that_two_selvedges_enclose(base, top, n_fronts):
     wedge = np.array([[-top, 5], [-base, 0], [base, 0], [top, 5]]) / [2, 1]
+    wedge = wedge[: 4 if top else 3]
     surface = starting_where(flat_surface([wedge], 0.25), lambda points: points[:, 1] < 1e-9)
-    latitudes = held(offset_fronts(surface, spacing=0.48))
-    assert n_open(latitudes) == [1] * 11
-    assert latitudes.polylines.lengths[10] == pytest.approx(top + (base - top) * 0.2 / 5, rel=0.1)
+    latitudes = held(offset_fronts(surface, spacing=5 / (n_fronts + 0.4)))
+    assert n_open(latitudes) == [1] * (n_fronts + 1)
+    left = 0.4 / (n_fronts + 0.4)
+    assert latitudes.polylines.lengths[-1] == pytest.approx(top + (base - top) * left, rel=0.1)
 
 
 def test_a_curve_inside_the_surface_is_offset_on_both_sides_and_around_its_ends():
@@ -181,7 +185,7 @@ def test_open_fronts_that_pass_each_other_have_no_child(length):
 
 
 def test_a_child_hardly_before_a_selvedge_is_dropped():
-    surface = starting_where(flat_surface([rectangle(1.02, 2)], 0.2), left_of(1e-9 - 0.51))
+    surface = starting_where(flat_surface([rectangle(1.02, 5)], 0.2), left_of(1e-9 - 0.51))
     with pytest.raises(SpacingTooLarge):
         offset_fronts(surface, spacing=1.0)
     assert n_open(offset_fronts(surface, spacing=0.9)) == [1, 1]
@@ -284,3 +288,30 @@ def test_both_methods_agree_on_samples_from_chosen_borders(name, borders):
     assert np.bincount(fronts.bands.euler + 9).tolist() == np.bincount(levels.bands.euler + 9).tolist()
     assert fronts.polylines.closed.sum() == levels.polylines.closed.sum()
     assert validate(fronts).holds == validate(levels).holds
+
+
+def path_along_edges(surface, start, goal):
+    """A short path that touches no border but at its ends."""
+    tail, head = surface.faces.ravel(), surface.faces[:, [1, 2, 0]].ravel()
+    on_border = np.isin(np.arange(surface.n_vertices), np.concatenate(surface.borders))
+    cost = surface.edge_lengths * np.where(on_border[tail] | on_border[head], 50, 1)
+    edges = csr_matrix((cost, (tail, head)), shape=(surface.n_vertices,) * 2)
+    _, before = dijkstra(edges.maximum(edges.T), indices=start, return_predecessors=True)
+    path = [goal]
+    while path[-1] != start:
+        path.append(int(before[path[-1]]))
+    return np.array(path[::-1])
+
+
+@pytest.mark.parametrize("name", ["hemisphere", "narrow_neck"])
+def test_curves_on_samples_are_offset_as_by_the_other_method(name):
+    surface = pipeline.read_surface(FOLDER / f"{name}.3dm")
+    border = surface.borders[0]
+    path = path_along_edges(surface, border[0], border[len(border) // 2])
+    surface = replace(surface, starts=Origins((path,), np.array([False])))
+    spacing = pipeline.suggest_spacing(replace(surface, starts=None))
+    levels, fronts = (pipeline.offset(surface, spacing=spacing, method=method) for method in ("levels", "fronts"))
+    comparison = compare(levels, fronts)
+    assert comparison.same_counts, comparison.counts
+    assert comparison.same_parents
+    assert comparison.mean < 0.01
