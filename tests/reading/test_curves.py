@@ -1,13 +1,14 @@
 """Curves of Rhino files, of text files and of memory, as points along them."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import rhino_shapes as make
 from raw_meshes import grid
-from weavecore.errors import BadCurve, NoCurve, NonFinite, Unreadable
+from weavecore.errors import BadCurve, Degenerate, NoCurve, NonFinite, Unreadable
 from weavecore.geometry.curve_points import distance_from_segments
 from weavecore.reading import curve_from, inspect_file, read_curves, read_surface
 
@@ -195,3 +196,23 @@ def test_a_wave_with_many_bends_is_told_to_the_tolerance():
     nearest = [distance_from_segments(np.tile(p, (len(coarse) - 1, 1)), coarse[:-1], coarse[1:]).min() for p in fine]
     assert max(nearest) <= 1.5e-3
     assert len(coarse) < len(fine)
+
+
+def net_curve(drawn, asked):
+    """A curve of RhinoCommon as far as it is asked; it writes down how fine it is to be drawn."""
+    return SimpleNamespace(
+        GetType=None,  # That it is there tells RhinoCommon's from rhino3dm's.
+        ToNurbsCurve=None,
+        GetBoundingBox=lambda _: SimpleNamespace(Diagonal=SimpleNamespace(Length=100.0)),
+        ToPolyline=lambda *how: asked.append(how) or drawn,
+    )
+
+
+def test_curves_that_rhino_holds_are_drawn_by_rhino():
+    asked = []
+    curve = net_curve(SimpleNamespace(PointCount=3, Point=lambda i: make.point(float(i), 0.0, 0.0)), asked)
+    assert curve_from(curve, tolerance=1e-3).tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    assert curve_from(curve).tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    assert [how[0] for how in asked] == pytest.approx([1e-3, 1e-2])
+    with pytest.raises(Degenerate, match="Rhino makes no polyline"):
+        curve_from(net_curve(None, []))
