@@ -57,7 +57,7 @@ def part_at_selvedges(
         raise Degenerate(
             "Behind the corners of the other borders the polylines cannot be offset step by step",
             remedy='Take the method "levels", or another spacing.',
-            ids=np.unique(seeds.halfedge // 3)[:1].tolist(),
+            ids=rims.find_unsettled_faces().tolist(),
             kind="face",
         )
     return replace(rims.aims, walk=np.arange(len(rims.aims))), strung(rims.walks, rims.aims.walk)
@@ -156,13 +156,10 @@ class _Rims:
 
     def settle(self) -> bool:
         """Put what belongs between neighbours of which one arrives; whether there were any."""
-        i, j = self._neighbours()
-        state = self.aims.state
-        parts = (state[i] == FREE) & (state[j] == OUT) | (state[i] == OUT) & (state[j] == FREE)
-        i, j = i[parts], j[parts]
+        i, j = self._parting()
         if len(i) == 0:
             return False
-        on_right = state[i] == FREE
+        on_right = self.aims.state[i] == FREE
         free, out = self.aims.take(np.where(on_right, i, j)), self.aims.take(np.where(on_right, j, i))
         last_free, free_walks, first_out, out_walks = self._halve(free, out, on_right)
         for k in range(len(i)):
@@ -171,6 +168,20 @@ class _Rims:
             self._part(int(i[k]), *pair, on_right=bool(on_right[k]))
         self._insert(np.ones(len(self.aims), bool))
         return True
+
+    def find_unsettled_faces(self) -> Ints:
+        """Faces of the fronts where neighbours still part."""
+        i, _ = self._parting()
+        segment, _ = self.fronts.locate(self.aims.station[i], self.aims.front[i])
+        faces: Ints = np.unique(self.fronts.face[segment])
+        return faces
+
+    def _parting(self) -> tuple[Ints, Ints]:
+        """Neighbours of which one arrives and a selvedge is in the way of the other."""
+        i, j = self._neighbours()
+        state = self.aims.state
+        parts = (state[i] == FREE) & (state[j] == OUT) | (state[i] == OUT) & (state[j] == FREE)
+        return i[parts], j[parts]
 
     def _neighbours(self) -> tuple[Ints, Ints]:
         front = self.aims.front
