@@ -9,6 +9,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.geometry.bisecting import bisect_edges, bisect_long_edges
 from weavecore.geometry.cutting import NONE, Cells, cut_along
+from weavecore.geometry.laddering import LEAST_CROWD, lay_ladder
 from weavecore.linking.band_marks import Curves, curves_around
 from weavecore.linking.open_mesh import OpenMesh, open_mesh
 from weavecore.linking.seats import Seats
@@ -144,7 +145,7 @@ def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: 
 
 
 def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
-    """Points, triangles and their bands: whole faces, and cells as one or two triangles or as fans."""
+    """Points, triangles and their bands: whole faces, and cells as one or two triangles, as ladders or as fans."""
     face_band = np.where(cells.face_piece == NONE, NONE, band_of_piece[cells.face_piece])
     whole = np.flatnonzero(face_band != NONE)
     cell_band = band_of_piece[cells.cell_piece]
@@ -164,6 +165,30 @@ def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints
     start, end = cells.part_start[part], cells.part_end[part]
     size = np.maximum(np.bincount(fan, minlength=len(large)), 1)
     middle = np.stack([np.bincount(fan, points[start, k], minlength=len(large)) for k in range(3)], axis=1)
-    triangles = [mesh.faces[whole], np.c_[a, b, c], np.c_[a, c, d][four], np.c_[start, end, len(points) + fan]]
-    band = [face_band[whole], cell_band[small], cell_band[small][four], cell_band[large][fan]]
-    return np.concatenate([points, middle / size[:, None]]), np.concatenate(triangles), np.concatenate(band)
+    triangles = [mesh.faces[whole], np.c_[a, b, c], np.c_[a, c, d][four]]
+    band = [face_band[whole], cell_band[small], cell_band[small][four]]
+    points = np.concatenate([points, middle / size[:, None]])
+    is_fan = np.ones(len(large), bool)
+    for k in np.flatnonzero(count[large] >= LEAST_CROWD + 2).tolist():
+        corners = _around(cells, int(first[large[k]]), int(count[large[k]]))
+        ladder = lay_ladder(points[corners])
+        if ladder is not None:
+            is_fan[k] = False
+            number = np.concatenate([corners, len(points) + np.arange(len(ladder.points))])
+            points = np.concatenate([points, ladder.points])
+            triangles.append(number[ladder.triangles])
+            band.append(np.full(len(ladder.triangles), cell_band[large[k]]))
+    kept = is_fan[fan]
+    n_known = len(mesh.vertices) + len(curves.points)
+    triangles.append(np.c_[start, end, n_known + fan][kept])
+    band.append(cell_band[large][fan[kept]])
+    return points, np.concatenate(triangles), np.concatenate(band)
+
+
+def _around(cells: Cells, first: int, count: int) -> Ints:
+    """The corners of a cell in its order, from where one of its parts starts."""
+    part, parts = first, []
+    for _ in range(count):
+        parts.append(part)
+        part = int(cells.part_after[part])
+    return cells.part_start[parts]
