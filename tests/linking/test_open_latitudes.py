@@ -173,3 +173,32 @@ def test_the_size_of_a_strip_does_not_matter():
         check_weave(lattice)
         counts.add((lattice.n_nodes, lattice.n_edges, lattice.n_faces))
     assert len(counts) == 1
+
+
+@pytest.mark.parametrize("pattern", ["hexagonal", "kagome"])
+def test_new_nodes_on_selvedges_lie_on_them(pattern):
+    angle = np.linspace(0.0, 1.5, 40)
+    rows = np.linspace(0.0, 8.0, 30)
+    x, y = np.meshgrid(4.0 * np.cos(angle), rows)  # a part of a tube: its straight borders start, its arcs do not
+    vertices = np.stack([x, y, np.broadcast_to(4.0 * np.sin(angle), x.shape)], axis=2).reshape(-1, 3)
+    a = (np.arange(29)[:, None] * 40 + np.arange(39)).ravel()
+    faces = np.concatenate([np.stack([a, a + 1, a + 41], 1), np.stack([a, a + 41, a + 40], 1)])
+    side = np.arange(30) * 40
+    surface = SurfaceMesh(vertices, faces)
+    loop = surface.borders[0]
+    forth = loop[(np.flatnonzero(loop == side[0])[0] + 1) % len(loop)] == side[1]
+    surface = replace(surface, starts=Origins((side if forth else side[::-1],), np.array([False])))
+    lattice = link_pattern(offset_levels(surface, spacing=0.9), pattern=pattern)
+    rim = np.concatenate(naked_edges_of(lattice))
+    on_arc = np.minimum(lattice.nodes[rim, 1], 8.0 - lattice.nodes[rim, 1])
+    on_side = np.minimum(np.abs(lattice.nodes[rim, 0] - 4.0), np.abs(lattice.nodes[rim, 0] - 4.0 * np.cos(1.5)))
+    assert np.minimum(on_arc, on_side).max() < 1e-9
+    between = lattice.nodes[rim][on_arc < 1e-9]
+    radius = np.hypot(between[:, 0], between[:, 2])
+    assert radius.min() > 4.0 * np.cos(1.5 / 39 / 2) - 1e-9
+
+
+def test_a_gap_between_the_ends_of_one_polyline_is_one_edge():
+    latitudes = offset_levels(CLOTHS["slit"](), spacing=2.7 * EDGE)
+    lattice = link_pattern(latitudes)
+    assert lattice.edge_lengths.min() > 0.1 * lattice.edge_length

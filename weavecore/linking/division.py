@@ -17,8 +17,8 @@ from weavecore.model.polylines import Polylines
 
 FEWEST_NODES = 3
 CORNER_TURN = np.radians(40.0)
-_LEAST_EDGE = 0.25
-"""A corner nearer to the end of a path than this part of an edge is no node."""
+_LEAST_EDGE = 0.3
+"""Corners of a path keep this part of an edge from its ends and from each other, or are no nodes."""
 _MOST_CORNERS = 3
 """So many corners are more than a path of as few edges keeps."""
 _YIELDING = 2
@@ -83,8 +83,8 @@ def divide_path(points: Floats, stations: Floats, length: float, count: int) -> 
     unless there are many, or they lie hardly an edge off the ends.
     """
     edge = length / count
-    corners = stations[1:-1][turns(points)[1:-1] > CORNER_TURN]
-    corners = corners[(corners > _LEAST_EDGE * edge) & (corners < length - _LEAST_EDGE * edge)]
+    turn = turns(points)[1:-1]
+    corners = _apart(stations[1:-1][turn > CORNER_TURN], turn[turn > CORNER_TURN], length, _LEAST_EDGE * edge)
     if len(corners) == 0 or len(corners) >= max(count, _MOST_CORNERS):
         return np.linspace(0.0, length, count + 1)
     starts = np.concatenate([[0.0], corners])
@@ -92,6 +92,15 @@ def divide_path(points: Floats, stations: Floats, length: float, count: int) -> 
     parts = _shared_out(runs, max(count, len(runs)))
     nodes = [s + np.arange(n) * (run / n) for s, run, n in zip(starts, runs, parts)]
     return np.append(np.concatenate(nodes), length)
+
+
+def _apart(corners: Floats, turn: Floats, length: float, least: float) -> Floats:
+    """Those of some stations on a path that are not too near to its ends or to one that turns more."""
+    kept = [0.0, length]
+    for k in np.argsort(-turn, kind="stable").tolist():
+        if np.abs(corners[k] - kept).min() >= least:
+            kept.append(float(corners[k]))
+    return np.sort(kept)[1:-1]
 
 
 def _shared_out(runs: Floats, count: int) -> Ints:

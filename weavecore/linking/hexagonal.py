@@ -25,9 +25,8 @@ def hexagonal_lattice(lattice: Lattice, pattern: str) -> Lattice:
     half[halves] = lattice.n_faces + np.arange(len(halves))
     number = np.full(lattice.n_nodes, NONE, np.int64)
     number[border] = lattice.n_faces + len(halves) + np.arange(len(border))
-    places = join_places(
-        _middles_of_faces(lattice), middles_of_edges(lattice, halves), places_of_nodes(lattice, border)
-    )
+    middles = middles_of_edges(lattice, halves, np.ones(len(halves), bool))
+    places = join_places(_middles_of_faces(lattice), middles, places_of_nodes(lattice, border))
     offsets, corners = faces_about_nodes(fans, face, half[fans.first_side], half[fans.last_side], number)
     # Across each inner edge its two faces are joined.
     order = np.argsort(fans.side, kind="stable")

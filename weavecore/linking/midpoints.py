@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.closest import closest_faces
+from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.linking.division import points_at
 from weavecore.model.lattice import LATITUDINAL, Lattice
 
@@ -21,8 +22,11 @@ class Places:
     station: Floats
 
 
-def middles_of_edges(lattice: Lattice, edges: Ints) -> Places:
-    """The middle of each of the given edges: halfway along the latitude, or on the surface near the middle."""
+def middles_of_edges(lattice: Lattice, edges: Ints, is_border: Bools) -> Places:
+    """The middle of each of the given edges: halfway along the latitude, or on the surface near the middle.
+
+    On the border (``is_border``, of each edge) that is a place of the latitude there, or of the selvedge.
+    """
     a, b = lattice.edges[edges].T
     points = (lattice.nodes[a] + lattice.nodes[b]) / 2.0
     on_ring = lattice.edge_family[edges] == LATITUDINAL
@@ -35,7 +39,10 @@ def middles_of_edges(lattice: Lattice, edges: Ints) -> Places:
     middle = np.where(closing, (middle + length / 2.0) % length, middle)
     station = np.where(on_ring, middle, 0.0)
     points[on_ring] = points_at(lattice.latitudes.polylines, latitude[on_ring], station[on_ring])
-    points[~on_ring] = onto_surface(points[~on_ring], lattice)
+    on_selvedge = is_border & ~on_ring
+    inside = ~on_ring & ~on_selvedge
+    points[inside] = onto_surface(points[inside], lattice)
+    points[on_selvedge] = _onto_selvedges(points[on_selvedge], lattice)
     return Places(points, latitude, station)
 
 
@@ -51,6 +58,16 @@ def join_places(*parts: Places) -> Places:
 def places_of_nodes(lattice: Lattice, nodes: Ints) -> Places:
     """The places of nodes of a lattice."""
     return Places(lattice.nodes[nodes], lattice.node_latitude[nodes], lattice.node_station[nodes])
+
+
+def _onto_selvedges(points: Floats, lattice: Lattice) -> Floats:
+    """The closest points of the selvedges of the lattice's surface."""
+    if len(points) == 0:
+        return points
+    surface = lattice.latitudes.surface
+    tail, head = (ends[surface.is_selvedge] for ends in halfedge_ends(surface.faces))
+    # Faces that are flat stand for their edges.
+    return closest_faces(points, surface.vertices, np.stack([tail, head, head], axis=1))[1]
 
 
 def onto_surface(points: Floats, lattice: Lattice) -> Floats:

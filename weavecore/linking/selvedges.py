@@ -210,17 +210,22 @@ def divide_selvedges(selvedges: list[Selvedge], edge_length: float) -> list[Floa
 
 
 def _fewest_edges(first: End, last: End, *, is_half: bool) -> int:
-    """A border keeps three nodes, and what one polyline cuts off a corner; ``is_half``: of a border with two ends."""
+    """A border keeps three nodes, and what a tongue cuts off a corner; ``is_half``: of a border with two ends."""
     if first == last:
         return FEWEST_NODES
-    return 2 if is_half or first[0] == last[0] else 1
+    return 2 if is_half or _is_tongue(first, last) else 1
+
+
+def _is_tongue(first: End, last: End) -> bool:
+    """Whether a stretch lies on the left of the one polyline around it; on the right it is but a gap in a ring."""
+    return first == (last[0], 1) and last[1] == 0
 
 
 def find_tongues(latitudes: Latitudes, selvedges: list[Selvedge]) -> Bools:
-    """(P,) polylines that alone cut off a stretch of border."""
+    """(P,) polylines beyond which nothing but a stretch of border follows."""
     is_tongue = np.zeros(len(latitudes), bool)
     for selvedge in selvedges:
-        if selvedge.first is not None and selvedge.last is not None and selvedge.first[0] == selvedge.last[0]:
+        if selvedge.first is not None and selvedge.last is not None and _is_tongue(selvedge.first, selvedge.last):
             is_tongue[selvedge.first[0]] = True
     return is_tongue
 
