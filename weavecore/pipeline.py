@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
@@ -21,7 +21,7 @@ from weavecore.offsetting.ladder import Spacing
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.starting import start_at
 from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
-from weavecore.reading import curve_from, inspect_file, read_curves, read_result, read_surface, surface_from
+from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.result_file import read_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
@@ -34,7 +34,7 @@ from weavecore.weaving.weave import weave_lattice
 
 __all__ = [
     "Workshop",
-    "curve_from",
+    "curves_from",
     "describe_fabrication",
     "draw_picture",
     "export",
@@ -66,8 +66,8 @@ def offset(
     *,
     spacing: Optional[Spacing] = None,
     method: str = "levels",
-    borders: Optional[Sequence[int]] = None,
-    curves: Optional[Sequence[Any]] = None,
+    borders: Optional[Iterable[int]] = None,
+    curves: Optional[Iterable[Any]] = None,
     progress: Optional[Progress] = None,
 ) -> Latitudes:
     """Offset the borders of a surface inwards until they fill it (Yan et al. 2016, §4).
@@ -81,10 +81,10 @@ def offset(
     method : str
         ``"levels"``: level sets of the distance from the borders; ``"fronts"``: polylines moved step by
         step, as in the paper.
-    borders : sequence of int, optional
+    borders : iterable of int, optional
         Places in ``surface.borders`` of those that distances start at; by default all.  The others cut the
         polylines, which then are open.
-    curves : sequence of (n, 3) array_like or curves of Rhino, optional
+    curves : iterable of (n, 3) array_like or curves of Rhino, optional
         What distances start at, on both sides, and at no border then that is not chosen; closed where it comes back.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
@@ -99,7 +99,7 @@ def offset(
     """
     if method not in METHODS:
         raise Unsupported(f"There is no method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
-    points = None if curves is None else [curve_from(curve, tolerance=surface.tolerance) for curve in curves]
+    points = None if curves is None else curves_from(curves, tolerance=surface.tolerance)
     started = start_at(surface, borders=borders, curves=points)
     wanted = suggest_spacing(started) if spacing is None else spacing
     return METHODS[method](started, spacing=wanted, progress=progress)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from weavecore.errors import BadCurve, BadIndex, Unsupported
+from weavecore.errors import BadCurve, BadIndex, NonFinite, Unsupported
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.preparing import refuse_closed
 from weavecore.offsetting.starting import start_at
@@ -53,14 +53,55 @@ def test_a_closed_surface_has_no_border_to_choose() -> None:
         start_at(closed, borders=[0])
 
 
-def test_an_empty_choice_is_refused() -> None:
+@pytest.mark.parametrize("chosen", [{"borders": []}, {"curves": []}, {"borders": np.zeros(0, int), "curves": []}])
+def test_an_empty_choice_is_refused(chosen) -> None:
     with pytest.raises(Unsupported, match="Nothing is chosen"):
-        start_at(tube_surface(), borders=[])
+        start_at(tube_surface(), **chosen)
+
+
+@pytest.mark.parametrize("wrap", [np.array, iter, np.uint8])
+@pytest.mark.parametrize("numbers", [[0], [1], [1, 0]])
+def test_borders_come_in_anything_that_lists_whole_numbers(wrap, numbers) -> None:
+    surface = tube_surface()
+    paths = start_at(surface, borders=wrap(numbers)).origins.paths
+    assert [path.tolist() for path in paths] == [surface.borders[number].tolist() for number in numbers]
+
+
+@pytest.mark.parametrize("chosen", [0, 1, "0", ["0"], [0.0], [None], [[0]], [float("nan")], np.array([True, False])])
+def test_borders_that_are_no_whole_numbers_are_refused(chosen) -> None:
+    with pytest.raises(BadIndex, match="no list of whole numbers"):
+        start_at(tube_surface(), borders=chosen)
 
 
 def ring(z: float) -> np.ndarray:
     turn = 2 * np.pi * np.arange(COLUMNS + 1) / COLUMNS
     return np.stack([np.cos(turn), np.sin(turn), np.full(COLUMNS + 1, z)], axis=1)
+
+
+@pytest.mark.parametrize("wrap", [np.array, iter])
+def test_curves_come_in_anything_that_lists_them(wrap) -> None:
+    assert len(start_at(tube_surface(), curves=wrap([ring(1.3)])).origins) == 1
+
+
+@pytest.mark.parametrize(
+    ("curves", "told"),
+    [
+        (3, "int is no list of curves"),
+        (ring(1.3), r"shape \(3,\) is no curve \(curve 0\)"),
+        ([ring(1.3), "waist"], r"str is no curve \(curve 1\)"),
+    ],
+)
+def test_what_is_no_list_of_curves_is_refused(curves, told) -> None:
+    with pytest.raises(BadCurve, match=told):
+        offset(tube_surface(), curves=curves)
+
+
+@pytest.mark.parametrize("coordinate", [np.nan, np.inf, 1e200])
+def test_a_coordinate_that_is_not_finite_or_far_too_large_is_told_by_curve_and_point(coordinate) -> None:
+    points = ring(1.3)
+    points[5, 1] = coordinate
+    with pytest.raises(NonFinite, match=r"first at point 5 \(curve 1\)"):
+        start_at(tube_surface(), curves=[ring(3.0), points])
 
 
 def lengthwise(column: int) -> np.ndarray:

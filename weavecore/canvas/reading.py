@@ -91,11 +91,11 @@ def read_curves(run: Run, values: Any) -> Optional[list[Floats]]:
     Raises
     ------
     WeaveError
-        As `weavecore.reading.curve_from`.
+        As `weavecore.reading.curves_from`.
     """
     found = [_referenced(value) if type(value).__name__ == "Guid" else value for value in values or ()]
-    tolerance = run.document.tolerance
-    return [pipeline.curve_from(curve, tolerance=tolerance) for curve in found if curve is not None] or None
+    curves = [curve for curve in found if curve is not None]
+    return pipeline.curves_from(curves, tolerance=run.document.tolerance) or None
 
 
 def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:

@@ -17,6 +17,7 @@ _NEARLY_CLOSED = 1e-3
 
 _MOST_ROUNDS = 30
 _ROUNDING = 1e-12  # of the length of a curve
+_ROOM_TO_SQUARE = 1e6  # Lengths of curves with coordinates of which so many are squared do not overflow.
 _NEIGHBOURS = 16
 """So many points are looked at about each to find where a curve comes back to itself."""
 
@@ -39,13 +40,12 @@ def clean_curve(points: Floats, tolerance: float) -> tuple[Floats, bool]:
         raise BadCurve(
             f"An array of the shape {points.shape} is no curve", remedy="Give its points as rows of x, y and z."
         )
-    bad = np.flatnonzero(~np.isfinite(points).all(1))
+    with np.errstate(over="ignore"):
+        bad = np.flatnonzero(~np.isfinite(np.square(_ROOM_TO_SQUARE * points)).all(1))
     if len(bad):
         raise NonFinite(
-            "A curve with coordinates that are not finite",
-            remedy="Repair these points.",
-            ids=bad.tolist(),
-            kind="point",
+            f"A curve with coordinates that are not finite or far too large, first at point {bad[0]}",
+            remedy="Repair its points.",
         )
     length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     near = max(tolerance, _NEARLY_CLOSED * length)

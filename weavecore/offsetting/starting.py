@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import operator
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Optional
 
@@ -21,17 +22,17 @@ _MOST_LENGTHS_TOLD = 12
 def start_at(
     surface: SurfaceMesh,
     *,
-    borders: Optional[Sequence[int]] = None,
-    curves: Optional[Sequence[ArrayLike]] = None,
+    borders: Optional[Iterable[int]] = None,
+    curves: Optional[Iterable[ArrayLike]] = None,
 ) -> SurfaceMesh:
     """Choose where distances start, other than at all borders and cuts.
 
     Parameters
     ----------
     surface : SurfaceMesh
-    borders : sequence of int, optional
+    borders : iterable of int, optional
         Places in `SurfaceMesh.borders`.  The other borders become selvedges, which cut the polylines.
-    curves : sequence of (n, 3) array_like, optional
+    curves : iterable of (n, 3) array_like, optional
         Points along curves on the surface, in its unit; a closed one comes back to its first point.  Each becomes a
         path along edges: faces that it crosses are split.  One that runs along a border becomes that stretch of it.
 
@@ -44,7 +45,7 @@ def start_at(
     Raises
     ------
     BadIndex
-        Where there is no such border.
+        Where there is no such border, or it is no whole number.
     BadCurve
         Where a curve lies off the surface, is too short, crosses or touches itself, another origin or, between its
         ends, a border, or runs along a border in part.
@@ -54,8 +55,8 @@ def start_at(
     """
     if borders is None and curves is None:
         return surface
-    chosen = list(dict.fromkeys(int(number) for number in borders or ()))
-    given = list(curves or ())
+    chosen = _whole_numbers(() if borders is None else borders)
+    given = list(() if curves is None else curves)
     _check_borders(surface, chosen)
     if not chosen and not given:
         raise Unsupported(
@@ -67,6 +68,17 @@ def start_at(
     _check_apart(chosen, loops, drawn)
     closed = [True] * len(loops) + [one.is_closed for one in drawn]
     return replace(started, starts=Origins((*loops, *(one.path for one in drawn)), np.array(closed, bool)))
+
+
+def _whole_numbers(borders: Iterable[int]) -> list[int]:
+    """The numbers of borders, each once."""
+    try:
+        return list(dict.fromkeys(operator.index(number) for number in borders))
+    except TypeError:
+        raise BadIndex(
+            "The borders are no list of whole numbers",
+            remedy="Give their places in the surface's borders, in a list for a single one too: [0].",
+        ) from None
 
 
 def _embed_all(surface: SurfaceMesh, curves: Sequence[ArrayLike]) -> tuple[Floats, Ints, list[Embedding]]:

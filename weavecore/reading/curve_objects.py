@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from weavecore.errors import BadCurve, TooMuchWork
+from weavecore.errors import BadCurve, TooMuchWork, WeaveError
 from weavecore.geometry.arrays import Floats
 from weavecore.geometry.nurbs import NurbsCurve, curve_points
 from weavecore.reading.rhino_surfaces.shape import nurbs_curve
@@ -57,6 +58,43 @@ def curve_from(geometry: Any, *, tolerance: float = 0.0) -> Floats:
         raise BadCurve(
             f"A {type(geometry).__name__} is no curve", remedy="Give a curve of Rhino, or rows of x, y and z."
         ) from None
+
+
+def curves_from(geometries: Iterable[Any], *, tolerance: float = 0.0) -> list[Floats]:
+    """Points along several curves; see `curve_from`.
+
+    Parameters
+    ----------
+    geometries : iterable
+        Of what `curve_from` takes.
+    tolerance : float
+        The model's absolute tolerance; 0 where it is not known.
+
+    Returns
+    -------
+    list of (n, 3) float64
+
+    Raises
+    ------
+    BadCurve
+        Where they are no list; or, with its place among them, where one is no curve.
+    Unreadable, NonFinite, TooMuchWork
+        With the place of the curve.
+    """
+    try:
+        given = list(geometries)
+    except TypeError:
+        raise BadCurve(
+            f"A {type(geometries).__name__} is no list of curves", remedy="Put a single one in a list too: [curve]."
+        ) from None
+    return [_numbered_curve(number, geometry, tolerance) for number, geometry in enumerate(given)]
+
+
+def _numbered_curve(number: int, geometry: Any, tolerance: float) -> Floats:
+    try:
+        return curve_from(geometry, tolerance=tolerance)
+    except WeaveError as error:
+        raise type(error)(error.what, remedy=error.remedy, ids=[number], kind="curve") from error
 
 
 def _wanted(size: float, tolerance: float) -> float:
