@@ -135,6 +135,13 @@ class TestRhinoFiles:
         with pytest.raises(NoCurve, match=r"model\.3dm has 3 curves, and one is wanted"):
             read_curves(path)
 
+    def test_curves_without_a_name_are_not_meant_by_an_empty_one(self, tmp_path):
+        model = r.File3dm()
+        model.Objects.Add(make.circle(1.0), r.ObjectAttributes())
+        model.Write(str(tmp_path / "unnamed.3dm"), 8)
+        with pytest.raises(NoCurve, match="no curve that is named ''"):
+            read_curves(tmp_path / "unnamed.3dm", names=[""])
+
     def test_another_unit_is_converted(self, path):
         (metres,) = read_curves(path, names=["a"], unit="Meters")
         assert metres.tolist() == [[0, 0, 0], [0.001, 0, 0]]
@@ -161,6 +168,7 @@ class TestTextFiles:
             "x;y;z\r\n1;2;3\r\n\r\n4;5;6",
             "# points\n1 2 3 0.5 red\n4\t5\t6 # last\n",
             "\ufeff1.0, 2.0, 3.0,\n4e0, 5, 6,\n",
+            "x;y;z\n1,0;2,0;3,0\n4,0; 5,0; 6,0;\n",
         ],
     )
     def test_three_numbers_a_line_are_a_point(self, tmp_path, text):
@@ -168,11 +176,19 @@ class TestTextFiles:
         file.write_text(text, "utf-8")
         assert [curve.tolist() for curve in read_curves(file)] == [[[1, 2, 3], [4, 5, 6]]]
 
-    @pytest.mark.parametrize("text", ["1,2\n3,4\n", "x,y,z\n", "1,2,3\n4,five,6\n"])
-    def test_what_is_no_point_is_refused(self, tmp_path, text):
+    @pytest.mark.parametrize(
+        ("text", "told"),
+        [
+            ("1,2,3\n\n3,4\n", r"curve\.txt has a line without three numbers \(line 3\)"),
+            ("1,2,3\n4,five,6\n", r"curve\.txt has a line without three numbers \(line 2\)"),
+            ("x,y,z\n1,2;3\n", r"\(line 2\)"),
+            ("x,y,z\n", r"curve\.txt has no points\."),
+        ],
+    )
+    def test_what_is_no_point_is_refused_with_its_line(self, tmp_path, text, told):
         file = tmp_path / "curve.txt"
         file.write_text(text, "utf-8")
-        with pytest.raises(Unreadable):
+        with pytest.raises(Unreadable, match=told):
             read_curves(file)
 
     def test_a_mesh_file_holds_no_curves(self, tmp_path):

@@ -9,7 +9,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from weavecore.errors import NoCurve
+from weavecore.errors import NoCurve, Unreadable
 from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
 from weavecore.reading.choosing import layers_meant
@@ -17,7 +17,6 @@ from weavecore.reading.curve_objects import curve_from
 from weavecore.reading.guarded import call_guarded, limits_for
 from weavecore.reading.mesh_files import read_bytes
 from weavecore.reading.rhino_file import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
-from weavecore.reading.text import damaged, to_floats
 from weavecore.units import METRES
 
 RHINO = ".3dm"
@@ -42,7 +41,7 @@ def read_curves(
     ----------
     path : path
         Ends with ``.3dm``, or with ``.csv``, ``.txt`` or ``.xyz`` for a text file of one curve: x, y and z in
-        each line, with commas, semicolons or blanks between.
+        each line, with commas, semicolons or blanks between; commas are decimal ones in a line with semicolons.
     names : sequence of str, optional
         Names, ids or layers of curves of a Rhino file; by default the only curve that is shown.
     unit : str, optional
@@ -78,7 +77,7 @@ def _read_curves(
 ) -> list[Floats]:
     ending = Path(path).suffix.lower()
     if ending in TEXTS:
-        return [_points_of_text(read_bytes(path))]
+        return [_points_of_text(read_bytes(path), Path(path).name)]
     if ending != RHINO:
         raise NoCurve(
             f"{Path(path).name} can hold no curves", remedy=f"Give the curve in a file of its own: {', '.join(TEXTS)}."
@@ -108,7 +107,7 @@ def _named(document: RhinoDocument, there: list[RhinoObject], names: Sequence[st
     chosen = list[RhinoObject]()
     for name in names:
         found = [one for one in there if one.id.casefold() == name.strip("{}").casefold()]
-        found = found or [one for one in there if one.name == name]
+        found = found or [one for one in there if name and one.name == name]
         if not found:
             layers = layers_meant(document.layers, name)
             found = [one for one in there if one.layer in layers]
@@ -123,15 +122,28 @@ def _named(document: RhinoDocument, there: list[RhinoObject], names: Sequence[st
     return chosen
 
 
-def _points_of_text(data: bytes) -> Floats:
+def _points_of_text(data: bytes, file_name: str) -> Floats:
     """Points from lines of three numbers and whatever follows; what follows ``#``, and a heading, is passed over."""
     lines = (line.partition(b"#")[0].strip(b"\xef\xbb\xbf \t\r,;") for line in data.splitlines())
-    rows = [_BETWEEN.split(line)[:3] for line in lines if line]
-    if rows and not _is_number(rows[0][0]):
+    rows = [(number, _words(line)) for number, line in enumerate(lines, 1) if line]
+    if rows and not _is_number(rows[0][1][0]):
         rows = rows[1:]
-    if not rows or any(len(row) < 3 for row in rows):
-        raise damaged("A line has less than three coordinates" if rows else "The file has no points")
-    return to_floats([word for row in rows for word in row], "point").reshape(-1, 3)
+    wrong = [number for number, words in rows if len(words) < 3 or not all(map(_is_number, words))]
+    if wrong or not rows:
+        raise Unreadable(
+            f"{file_name} has {'a line without three numbers' if wrong else 'no points'}",
+            remedy="Give x, y and z in each line, with commas, semicolons or blanks between.",
+            ids=wrong,
+            kind="line",
+        )
+    return np.array([words for _, words in rows], np.float64)
+
+
+def _words(line: bytes) -> list[bytes]:
+    """The first three words; between semicolons a comma is a decimal one."""
+    if b";" in line:
+        line = line.replace(b",", b".")
+    return _BETWEEN.split(line)[:3]
 
 
 def _is_number(word: bytes) -> bool:
