@@ -70,11 +70,26 @@ def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[Curves]
 
 
 def _find_distinct(fronts: Curves) -> Bools:
-    """Which points of fronts stay: all but those inside faces that lie as good as at the point before or after."""
+    """Which points of fronts stay.
+
+    Points inside faces go that lie as good as at the point before or after, and pairs of points at which a front
+    goes over an edge and back again in one place.
+    """
     tiny = np.abs(fronts.end - fronts.start).max(1) < _SAME_PLACE
     before = np.zeros(len(tiny), bool)
     before[fronts.after] = tiny
-    return np.asarray(~((tiny | before) & (fronts.start > 0).all(1)))
+    kept = ~((tiny | before) & (fronts.start > 0).all(1))
+    row = np.flatnonzero(kept)
+    offsets = offsets_of(np.bincount(fronts.owner[row], minlength=len(fronts)))
+    after = next_in_loop(offsets)
+    there = np.abs(fronts.points[row[after]] - fronts.points[row]).max(1, initial=0.0) < _SAME_PLACE
+    there &= after > np.arange(len(row))
+    face = fronts.face[row]
+    entered = np.empty(len(row), np.int64)
+    entered[after] = face
+    there &= (face != face[after]) & (entered == face[after])
+    kept[row[there]] = kept[row[after[there]]] = False
+    return np.asarray(kept)
 
 
 def _marks(polylines: Polylines, n_origins: int, n_vertices: int) -> Marks:
