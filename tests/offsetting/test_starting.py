@@ -67,7 +67,9 @@ def test_borders_come_in_anything_that_lists_whole_numbers(wrap, numbers) -> Non
     assert [path.tolist() for path in paths] == [surface.borders[number].tolist() for number in numbers]
 
 
-@pytest.mark.parametrize("chosen", [0, 1, "0", ["0"], [0.0], [None], [[0]], [float("nan")], np.array([True, False])])
+@pytest.mark.parametrize(
+    "chosen", [0, 1, "0", ["0"], [0.0], [None], [[0]], [float("nan")], [True], np.array([True, False])]
+)
 def test_borders_that_are_no_whole_numbers_are_refused(chosen) -> None:
     with pytest.raises(BadIndex, match="no list of whole numbers"):
         start_at(tube_surface(), borders=chosen)

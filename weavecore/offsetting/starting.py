@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Optional
@@ -71,14 +70,14 @@ def start_at(
 
 
 def _whole_numbers(borders: Iterable[int]) -> list[int]:
-    """The numbers of borders, each once."""
-    try:
-        return list(dict.fromkeys(operator.index(number) for number in borders))
-    except TypeError:
+    """The numbers of borders, each once; of flags for each border none would be meant as a number."""
+    numbers = list(borders) if np.iterable(borders) else [None]
+    if not all(isinstance(number, (int, np.integer)) and not isinstance(number, bool) for number in numbers):
         raise BadIndex(
             "The borders are no list of whole numbers",
             remedy="Give their places in the surface's borders, in a list for a single one too: [0].",
-        ) from None
+        )
+    return list(dict.fromkeys(map(int, numbers)))
 
 
 def _embed_all(surface: SurfaceMesh, curves: Sequence[ArrayLike]) -> tuple[Floats, Ints, list[Embedding]]:
