@@ -193,6 +193,17 @@ def test_a_template_that_is_not_1_to_1_is_found(name: str) -> None:
     assert f"{name}_scale_bar_off_mm" in failing
 
 
+def test_rods_from_selvedge_to_selvedge_are_set_after_their_parents_too() -> None:
+    folder = make(woven_cloth("side", "plain"))
+    rows = table(folder, "sequence")
+    second = [k for k, action in enumerate(rows["action"]) if action == "set rod"][1]
+    at = table(folder, "rods")["rod_id"].index(rows["rod"][second])
+    files = edited(dict(folder.files), "rods", put(at + 1, "generation", "99"))
+    failing = {finding.invariant for finding in check_files(files) if not finding.passes}
+    assert "ring_set_before_its_parents" in failing
+    assert "ring_set_before_its_parents" not in {finding.invariant for finding in folder.failing}
+
+
 def test_offenders_are_named() -> None:
     files = edited(dict(thin().files), "joints", add(4, "x", 0.3))
     joint = table(thin(), "joints")["joint_id"][3]

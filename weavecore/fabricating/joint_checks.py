@@ -177,7 +177,7 @@ def check_sequence(folder: Folder) -> Iterator[Finding]:
     ]
     yield count("rod_set_before_what_it_needs", early)
     generation = dict(zip(rods["rod_id"], map(int, rods["generation"])))
-    rings = [rod for rod, action in zip(sequence["rod"], sequence["action"]) if action == "set ring"]
+    rings = [rod for rod, action in zip(sequence["rod"], sequence["action"]) if action.startswith("set ")]
     falls = [b for a, b in zip(rings, rings[1:]) if generation.get(b, 0) < generation.get(a, 0)]
     yield count("ring_set_before_its_parents", falls)
     tied = [(joint, step) for step, row in zip(steps, sequence.lists("joints_to_tie")) for joint in row]
