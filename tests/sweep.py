@@ -29,7 +29,7 @@ from weavecore.validating import validate
 from weavecore.weaving.strands import find_strands
 
 
-def weave_case(name: str, seed: int, pattern: str, is_open: bool) -> list[str]:
+def weave_case(name: str, seed: int, pattern: str, method: str, is_open: bool) -> list[str]:
     """Weave one case; what went wrong, one line each, empty if all is well."""
     rng = np.random.default_rng([seed, *name.encode()])
     surface = pipeline.surface_from(TOUGH[name](seed))
@@ -37,7 +37,7 @@ def weave_case(name: str, seed: int, pattern: str, is_open: bool) -> list[str]:
         surface = started(surface, rng)
     spacing = pipeline.suggest_spacing(surface) * (1.0 if seed % 2 == 0 else 2.0 ** rng.uniform(-1, 1))
     try:
-        latitudes = pipeline.offset(surface, spacing=spacing)
+        latitudes = pipeline.offset(surface, spacing=spacing, method=method)
     except SpacingTooLarge:
         return []  # a spacing that was drawn, not suggested, may be more than the surface holds
     lattice = pipeline.link(latitudes, pattern=pattern)
@@ -49,14 +49,14 @@ def weave_case(name: str, seed: int, pattern: str, is_open: bool) -> list[str]:
     return [str(finding) for report in reports for finding in report if not finding.holds]
 
 
-def run_case(name: str, seed: int, pattern: str, is_open: bool, show_traceback: bool) -> tuple[str, list[str]]:
+def run_case(name: str, seed: int, options: argparse.Namespace) -> tuple[str, list[str]]:
     """The outcome of a case in a word, and what there is to tell."""
     try:
-        broken = weave_case(name, seed, pattern, is_open)
+        broken = weave_case(name, seed, options.pattern, options.method, options.open)
     except WeaveError as error:
         return "refused", [str(error)]
     except Exception as error:  # noqa: BLE001  a crash is a result here
-        if show_traceback:
+        if options.traceback:
             traceback.print_exc()
         place = traceback.extract_tb(error.__traceback__)[-1]
         return "crashed", [f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"]
@@ -70,6 +70,7 @@ def main() -> int:
     parser.add_argument("--name", nargs="*", choices=sorted(TOUGH), help="only these surfaces")
     parser.add_argument("--seed", type=int, default=0, help="the first seed")
     parser.add_argument("--pattern", default="triangular")
+    parser.add_argument("--method", default="levels")
     parser.add_argument("--open", action="store_true", help="distances start at a part of the borders")
     parser.add_argument("--traceback", action="store_true", help="show where a case crashed")
     options = parser.parse_args()
@@ -79,7 +80,7 @@ def main() -> int:
     for case in range(options.count):
         name, seed = names[case % len(names)], options.seed + case // len(names)
         start = time.perf_counter()
-        outcome, told = run_case(name, seed, options.pattern, options.open, options.traceback)
+        outcome, told = run_case(name, seed, options)
         took = time.perf_counter() - start
         outcomes[outcome] += 1
         failures += outcome != "fine"
