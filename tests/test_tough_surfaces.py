@@ -62,3 +62,10 @@ def test_what_is_too_sharp_for_the_papers_method_is_refused(name: str) -> None:
     surface = started(pipeline.surface_from(TOUGH[name](0)), np.random.default_rng(0))
     with pytest.raises(Degenerate, match="levels"):
         pipeline.offset(surface, method="fronts")
+
+
+def test_a_surface_that_the_papers_method_would_leave_bare_in_part_is_refused() -> None:
+    draw = np.random.default_rng([22002, *b"crumpled"])
+    surface = started(pipeline.surface_from(TOUGH["crumpled"](22002)), draw)
+    with pytest.raises(Degenerate, match="levels"):
+        pipeline.offset(surface, method="fronts")

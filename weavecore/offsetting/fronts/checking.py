@@ -22,7 +22,7 @@ NEAREST = 0.75
 """Spacings between parent and child at least; a chord over a fan of rays or a saddle is less than the spacing."""
 
 DEEPEST = 1.05
-"""Spacings that a pocket may be deep."""
+"""Spacings that a band may be deep."""
 
 
 def refuse_crossings(ground: Ground, children: Curves, parents: Curves | None) -> None:
@@ -58,9 +58,8 @@ def refuse_broken(latitudes: Latitudes) -> None:
     steps = latitudes.generation[latitudes.parents[:, 1]] - latitudes.generation[latitudes.parents[:, 0]]
     band = rows_of(bands.offsets)
     top = np.zeros(len(bands))
-    np.maximum.at(top, band, latitudes.distance[bands.polyline])
-    has_child = np.bincount(band[~bands.is_parent], minlength=len(bands)) > 0
-    too_deep = ~has_child & (bands.depth > top + DEEPEST * latitudes.spacing)
+    np.maximum.at(top, band[bands.is_parent], latitudes.distance[bands.polyline[bands.is_parent]])
+    too_deep = bands.depth > top + DEEPEST * latitudes.spacing
     # Cut along its origins and all fronts the surface has one more for each open front.
     _, nodes = part_vertices(surface)
     parted = len(nodes) - surface.n_edges - int(surface.is_cut.sum()) // 2 + surface.n_faces
