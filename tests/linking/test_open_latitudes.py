@@ -9,6 +9,8 @@ import pytest
 
 from bound_rings import check_weave
 from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_side, path_through, plate, started
+from planar_meshes import circle
+from planar_meshes import plate as flat_plate
 from weavecore.linking.derived import PATTERN_NAMES, link_pattern
 from weavecore.linking.selvedges import divide_selvedges, find_selvedges
 from weavecore.model import Origins, SurfaceMesh
@@ -202,3 +204,15 @@ def test_a_gap_between_the_ends_of_one_polyline_is_one_edge():
     latitudes = offset_levels(CLOTHS["slit"](), spacing=2.7 * EDGE)
     lattice = link_pattern(latitudes)
     assert lattice.edge_lengths.min() > 0.1 * lattice.edge_length
+
+
+def test_a_selvedge_gives_way_to_a_hole_right_beside_it():
+    rim = 20.0 * np.stack([np.cos(np.arange(160) * np.pi / 80), np.sin(np.arange(160) * np.pi / 80)], axis=1)
+    hole = circle(6.0, centre=(0.0, -13.9), n=48)  # a tenth of a unit off the rim
+    vertices, faces = flat_plate([rim, hole], 0.7)
+    surface = SurfaceMesh(vertices, faces)
+    least = min(surface.borders, key=len)
+    lattice = link_pattern(offset_levels(started(surface, least, closed=True), spacing=7.0))
+    check_weave(lattice)
+    a, b, c = (lattice.nodes[lattice.face_nodes[k::3]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()

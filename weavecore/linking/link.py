@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Callable, Optional
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
@@ -19,7 +20,15 @@ from weavecore.linking.patterns import Pattern, pattern_named
 from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
 from weavecore.linking.rings import RingLinker
-from weavecore.linking.selvedges import Hem, divide_selvedges, find_selvedges, find_tongues, number_hem, plain_strips
+from weavecore.linking.selvedges import (
+    Hem,
+    divide_selvedges,
+    find_selvedges,
+    find_tongues,
+    give_way,
+    number_hem,
+    plain_strips,
+)
 from weavecore.linking.splicing import faces_with_long_links, splice
 from weavecore.linking.uprighting import node_normals, turn_upright
 from weavecore.model.latitudes import Latitudes
@@ -74,8 +83,12 @@ def link_latitudes(
     linker.run()
     counts = np.array([len(stations) for stations in linker.nodes], np.int64)
     latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)
+    places = points_at(latitudes.polylines, latitude, station)
+    tree = cKDTree(places)
+    turns = [give_way(selvedge, stations, tree) for selvedge, stations in zip(selvedges, turns)]
+    linker.keep_zips(plain_strips(latitudes, selvedges, turns))
     hem = number_hem(selvedges, turns, counts)
-    places = np.concatenate([points_at(latitudes.polylines, latitude, station), hem.places])
+    places = np.concatenate([places, hem.places])
     latitude = np.concatenate([latitude, np.full(len(hem.places), -1)])
     station = np.concatenate([station, np.zeros(len(hem.places))])
     tell(0.4, "filling the pockets")

@@ -101,6 +101,10 @@ class RingLinker:
                 stations = self._divide_child(p, int(band_above[p]))
             self.nodes.append(stations)
 
+    def keep_zips(self, strips: Bools) -> None:
+        """Drop the zips of strips that are plain no more."""
+        self.zips = {band: zipped for band, zipped in self.zips.items() if zipped.closed or strips[band]}
+
     def _divide_child(self, p: int, band: int) -> Floats:
         """Stations of the nodes of a child; zips its band if that is a plain one."""
         count, length = int(self._counts[p]), float(self._latitudes.polylines.lengths[p])

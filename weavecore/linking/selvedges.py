@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
@@ -228,6 +229,35 @@ def find_tongues(latitudes: Latitudes, selvedges: list[Selvedge]) -> Bools:
         if selvedge.first is not None and selvedge.last is not None and _is_tongue(selvedge.first, selvedge.last):
             is_tongue[selvedge.first[0]] = True
     return is_tongue
+
+
+def give_way(selvedge: Selvedge, stations: Floats, nodes: cKDTree) -> Floats:
+    """The stations, and one more wherever a node of a polyline lies between a selvedge and its chord.
+
+    Parameters
+    ----------
+    stations : (k,) float64
+        Of the selvedge's nodes.
+    nodes : cKDTree
+        Of the nodes of all polylines.
+    """
+    if selvedge.closed:
+        chord = np.searchsorted(stations, selvedge.stations, side="right") - 1
+        start, end = points_on(selvedge, stations)[chord], points_on(selvedge, np.roll(stations, -1))[chord]
+    else:
+        chord = np.clip(np.searchsorted(stations, selvedge.stations, side="right") - 1, 0, len(stations) - 2)
+        places = points_on(selvedge, stations)
+        start, end = places[chord], places[chord + 1]
+    along = end - start
+    square = np.maximum((along * along).sum(1), np.finfo(float).tiny)
+    part = np.clip(((selvedge.points - start) * along).sum(1) / square, 0.0, 1.0)
+    off = np.linalg.norm(selvedge.points - start - part[:, None] * along, axis=1)
+    nearest = np.asarray(nodes.query(selvedge.points)[0])
+    # Ends of the chord are nodes themselves, and lie on it.
+    crossed = np.flatnonzero(nearest < off)
+    crossed = crossed[np.lexsort((nearest[crossed], chord[crossed]))]
+    _, first = np.unique(chord[crossed], return_index=True)
+    return np.sort(np.concatenate([stations, selvedge.stations[crossed[first]]]))
 
 
 def plain_strips(latitudes: Latitudes, selvedges: list[Selvedge], stations: list[Floats]) -> Bools:
