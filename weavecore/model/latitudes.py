@@ -74,18 +74,18 @@ class Latitudes:
     surface : SurfaceMesh
         The mesh that they lie on.
     polylines : Polylines
-        Generation 0 first: the border loops, then the cuts, point for point; then by
-        generation.  Each runs with its unexplored side on its left.
+        Generation 0 first: the origins of the surface, point for point; then by generation.  Each
+        runs with its unexplored side on its left.
     generation : (P,) int64
     distance : (P,) float64
-        Distance from the borders along the surface.
+        Distance from the origins along the surface.
     parents : (E, 2) int64
         Pairs (parent, child), sorted; a child is one generation above its parent.
     bands : Bands
     spacing : float
         Distance from one generation to the next; where these differ, the widest.
     vertex_distance : (V,) float64
-        Distance from the borders at every vertex of the surface.
+        Distance from the origins at every vertex of the surface.
     """
 
     surface: SurfaceMesh

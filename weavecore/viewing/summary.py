@@ -36,14 +36,17 @@ def describe_latitudes(latitudes: Latitudes) -> Lines:
     n_open = int((~latitudes.polylines.closed).sum())
     if n_open:
         count += f", {n_open:,} open"
-    steps = latitudes.steps
-    spacing = with_unit(steps.max(), unit)
-    if len(steps) > 1:
-        spacing = f"{with_unit(steps.min(), unit)} to {spacing}"
     return [
-        ("spacing", spacing),
+        ("spacing", spacing_text(latitudes)),
         ("latitudes", f"{count}, {with_unit(latitudes.polylines.lengths.sum(), unit)} in all"),
     ]
+
+
+def spacing_text(latitudes: Latitudes) -> str:
+    """The spacing, or the least and the greatest of several."""
+    steps, unit = latitudes.steps, latitudes.surface.unit
+    greatest = with_unit(steps.max(), unit)
+    return f"{with_unit(steps.min(), unit)} to {greatest}" if len(steps) > 1 else greatest
 
 
 def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:

@@ -187,6 +187,14 @@ def test_each_stage_tells_its_own_figures() -> None:
     assert latitudes["weave"] is lattice["weave"] is surface["weave"] is None
 
 
+def test_several_spacings_are_told_from_the_least_to_the_greatest() -> None:
+    of_tube = tube_latitudes()
+    latitudes = replace(of_tube, distance=of_tube.distance + 0.5 * (of_tube.generation == 1))
+    least, greatest = latitudes.steps.min(), latitudes.steps.max()
+    assert least < greatest
+    assert figures_of(page_content(latitudes))["Spacing"] == f"{least:g} m to {greatest:g} m"
+
+
 def test_straight_rods_have_a_radius_that_javascript_reads() -> None:
     weave = woven_tube("plain")
     radius = np.array(weave.bending.min_radius)

@@ -11,6 +11,7 @@ from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.units import with_unit
 from weavecore.viewing.outlines import chosen_borders
 from weavecore.viewing.page.curves import Curves
+from weavecore.viewing.summary import spacing_text
 
 Figure = dict[str, Any]
 
@@ -39,7 +40,7 @@ def latitudes_figures(latitudes: Latitudes) -> list[Figure]:
     """Generations, polylines and spacing."""
     unit, n_open = latitudes.surface.unit, int((~latitudes.polylines.closed).sum())
     return [
-        figure("Spacing", with_unit(latitudes.spacing, unit)),
+        figure("Spacing", spacing_text(latitudes)),
         figure("Generations", str(latitudes.n_generations)),
         figure("Polylines", f"{len(latitudes):,}" + (f", {n_open:,} open" if n_open else "")),
         figure("Length in all", _total(latitudes.polylines.lengths, unit)),
@@ -50,7 +51,7 @@ def lattice_figures(lattice: Lattice, curves: Curves) -> list[Figure]:
     """Strands, edges and spacing."""
     unit = lattice.latitudes.surface.unit
     return [
-        figure("Spacing", with_unit(lattice.latitudes.spacing, unit)),
+        figure("Spacing", spacing_text(lattice.latitudes)),
         figure("Generations", str(lattice.latitudes.n_generations)),
         figure("Strands", f"{len(curves.names):,}"),
         figure("Nodes", f"{lattice.n_nodes:,}"),
@@ -70,7 +71,7 @@ def weave_figures(weave: Weave) -> list[Figure]:
     return [
         figure("Rods", f"{len(weave):,}"),
         figure("Joints", f"{len(weave.joints):,}"),
-        figure("Spacing", with_unit(lattice.latitudes.spacing, unit)),
+        figure("Spacing", spacing_text(lattice.latitudes)),
         figure("Rod", f"Ø {with_unit(weave.rod_diameter, unit)}, {weave.material.name}"),
         figure("Length in all", _total(lengths, unit)),
         figure("Median length", with_unit(weave.median_length, unit)),
