@@ -19,6 +19,8 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 
 NONE = -1
+_ON_CHORD = 1e-6
+"""Of the height of a selvedge over its chord: nodes no higher are ends of the chord."""
 
 End = tuple[int, int]
 """A polyline, and 0 for its beginning or 1 for its end."""
@@ -251,10 +253,13 @@ def give_way(selvedge: Selvedge, stations: Floats, nodes: cKDTree) -> Floats:
     along = end - start
     square = np.maximum((along * along).sum(1), np.finfo(float).tiny)
     part = np.clip(((selvedge.points - start) * along).sum(1) / square, 0.0, 1.0)
-    off = np.linalg.norm(selvedge.points - start - part[:, None] * along, axis=1)
-    nearest = np.asarray(nodes.query(selvedge.points)[0])
-    # Ends of the chord are nodes themselves, and lie on it.
-    crossed = np.flatnonzero(nearest < off)
+    foot = start + part[:, None] * along
+    off = selvedge.points - foot
+    square = (off * off).sum(1)
+    nearest, which = (np.asarray(found) for found in nodes.query(selvedge.points))
+    height = ((nodes.data[which] - foot) * off).sum(1)
+    # Ends of the chord are nodes themselves, and lie on it; others may lie beyond the selvedge, on another part.
+    crossed = np.flatnonzero((nearest**2 < square) & (height > _ON_CHORD * square) & (height < square))
     crossed = crossed[np.lexsort((nearest[crossed], chord[crossed]))]
     _, first = np.unique(chord[crossed], return_index=True)
     return np.sort(np.concatenate([stations, selvedge.stations[crossed[first]]]))

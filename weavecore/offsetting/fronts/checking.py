@@ -21,8 +21,8 @@ from weavecore.offsetting.opening import part_vertices
 NEAREST = 0.75
 """Spacings between parent and child at least; a chord over a fan of rays or a saddle is less than the spacing."""
 
-DEEPEST = 1.05
-"""Spacings that a band may be deep."""
+DEEPEST, FARTHEST = 1.05, 1.4
+"""Spacings that a pocket may be deep, and another band, where a child may have come a little too far."""
 
 
 def refuse_crossings(ground: Ground, children: Curves, parents: Curves | None) -> None:
@@ -59,7 +59,8 @@ def refuse_broken(latitudes: Latitudes) -> None:
     band = rows_of(bands.offsets)
     top = np.zeros(len(bands))
     np.maximum.at(top, band[bands.is_parent], latitudes.distance[bands.polyline[bands.is_parent]])
-    too_deep = bands.depth > top + DEEPEST * latitudes.spacing
+    has_child = np.bincount(band[~bands.is_parent], minlength=len(bands)) > 0
+    too_deep = bands.depth > top + np.where(has_child, FARTHEST, DEEPEST) * latitudes.spacing
     # Cut along its origins and all fronts the surface has one more for each open front.
     _, nodes = part_vertices(surface)
     parted = len(nodes) - surface.n_edges - int(surface.is_cut.sum()) // 2 + surface.n_faces
