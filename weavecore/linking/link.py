@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Callable, Optional
 
 import numpy as np
@@ -75,23 +76,10 @@ def link_latitudes(
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
     tell(0.0, "dividing the latitudes")
-    selvedges = find_selvedges(latitudes)
-    turns = divide_selvedges(selvedges, length)
-    strips = plain_strips(latitudes, selvedges, turns)
-    counts = count_nodes(latitudes, length, design, find_tongues(latitudes, selvedges))
-    linker = RingLinker(latitudes, counts, design, strips)
-    linker.run()
-    counts = np.array([len(stations) for stations in linker.nodes], np.int64)
-    latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)
-    places = points_at(latitudes.polylines, latitude, station)
-    tree = cKDTree(places)
-    turns = [give_way(selvedge, stations, tree) for selvedge, stations in zip(selvedges, turns)]
-    linker.keep_zips(plain_strips(latitudes, selvedges, turns))
-    hem = number_hem(selvedges, turns, counts)
-    places = np.concatenate([places, hem.places])
-    latitude = np.concatenate([latitude, np.full(len(hem.places), -1)])
-    station = np.concatenate([station, np.zeros(len(hem.places))])
+    divided = _divide(latitudes, length, design)
+    linker, hem, places = divided.linker, divided.hem, divided.places
     tell(0.4, "filling the pockets")
+    counts = np.array([len(stations) for stations in linker.nodes], np.int64)
     ring_edges = np.concatenate([_ring_edges(counts, latitudes.polylines.closed), hem.edges()])
     zipped = _zip_faces(linker, counts, design)
     longest = _longest_link(latitudes.spacing, length)
@@ -102,14 +90,48 @@ def link_latitudes(
     nodes, filled = _fill(latitudes, linker.nodes, hem, places, np.flatnonzero(is_wanted), taken, length)
     faces = splice(zipped, bad, filled, ring_edges)
     if design.has_diagonals:
-        faces = _evened(nodes, latitude, faces, ring_edges, longest)
-    normals = node_normals(latitudes, latitude, station, faces, len(nodes))
+        faces = _evened(nodes, divided.latitude, faces, ring_edges, longest)
+    normals = node_normals(latitudes, divided.latitude, divided.station, faces, len(nodes))
     faces = turn_upright(latitudes.surface, nodes, normals, faces, ring_edges)
     if not design.has_diagonals:
         faces = pair_triangles(faces, nodes, ring_edges, leave_few=design.in_pairs)
     tell(0.8, "fairing the lattice")
-    lattice = assemble(latitudes, nodes, latitude, station, faces, hem, longest, design, length)
+    lattice = assemble(latitudes, nodes, divided.latitude, divided.station, faces, hem, longest, design, length)
     return fair(lattice, linker.spikes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Divided:
+    """Polylines divided and zipped, selvedges divided, and their nodes (N,): latitude or -1, station, place (N, 3)."""
+
+    linker: RingLinker
+    hem: Hem
+    latitude: Ints
+    station: Floats
+    places: Floats
+
+
+def _divide(latitudes: Latitudes, length: float, design: Pattern) -> _Divided:
+    selvedges = find_selvedges(latitudes)
+    turns = divide_selvedges(selvedges, length)
+    counts = count_nodes(latitudes, length, design, find_tongues(latitudes, selvedges))
+    linker = RingLinker(latitudes, counts, design, plain_strips(latitudes, selvedges, turns))
+    linker.run()
+    counts = np.array([len(stations) for stations in linker.nodes], np.int64)
+    latitude, station = rows_of(offsets_of(counts)), np.concatenate(linker.nodes)
+    places = points_at(latitudes.polylines, latitude, station)
+    tree = cKDTree(places)
+    turns = [give_way(selvedge, stations, tree) for selvedge, stations in zip(selvedges, turns)]
+    linker.keep_zips(plain_strips(latitudes, selvedges, turns))
+    hem = number_hem(selvedges, turns, counts)
+    n_more = len(hem.places)
+    return _Divided(
+        linker,
+        hem,
+        np.concatenate([latitude, np.full(n_more, -1)]),
+        np.concatenate([station, np.zeros(n_more)]),
+        np.concatenate([places, hem.places]),
+    )
 
 
 def _longest_link(spacing: float, edge_length: float) -> float:

@@ -57,7 +57,7 @@ def first_generations(strands: Strands, lattice: Lattice) -> Ints:
     """(S,) the least generation that each strand touches.
 
     Nodes that lie on none do not count unless they are all; then it is 0, or on a surface with selvedges, along which
-    rods lie at any depth, that of the latitudes before them.
+    rods lie at any depth, that of the latitudes before them, by their mean depth as in the order of construction.
     """
     latitudes = lattice.latitudes
     none = latitudes.n_generations
@@ -65,6 +65,7 @@ def first_generations(strands: Strands, lattice: Lattice) -> Ints:
     least: Ints = np.minimum.reduceat(of_node[strands.nodes], strands.offsets[:-1])
     before = np.zeros(len(strands), np.int64)
     if latitudes.surface.is_selvedge.any():
-        before = np.minimum.reduceat(np.floor(node_generations(lattice))[strands.nodes], strands.offsets[:-1])
+        depth = np.add.reduceat(node_generations(lattice)[strands.nodes], strands.offsets[:-1])
+        before = np.floor(depth / np.diff(strands.offsets))
     begins: Ints = np.where(least == none, before, least).astype(np.int64)
     return begins
