@@ -18,14 +18,16 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.model.depths import node_generations
 from weavecore.model.lattice import LATITUDINAL
 from weavecore.model.sequence import BuildSequence
+from weavecore.model.strands import first_generations
 from weavecore.model.weave import Weave
 
 _NONE = -1
+_LESS_THAN_HALF = 0.49
 
 
 @dataclass(frozen=True, eq=False)
 class _Rings:
-    """Which strands (S,) are rings, the mean depth of each, the ring at each node (N,) or -1, and where along it."""
+    """Which strands (S,) are rings, how deep each lies, the ring at each node (N,) or -1, and where along it."""
 
     is_ring: Bools
     depth: Floats
@@ -95,6 +97,9 @@ def _find_rings(weave: Weave) -> _Rings:
     is_ring = (strands.family == LATITUDINAL) & (strands.closed | is_cut_open)
     counts = np.diff(strands.offsets)
     mean = np.bincount(owner, node_generations(weave.lattice)[strands.nodes], minlength=len(strands)) / counts
+    if is_cut_open:
+        # A weft may follow a selvedge to any depth: its turn comes with the first latitude that it touches.
+        mean = first_generations(strands, weave.lattice) + _LESS_THAN_HALF * mean / (1.0 + mean.max())
     visit = np.flatnonzero(is_ring[owner])[::-1]  # Where two rings cross, the first has the node.
     at_node = np.full(weave.lattice.n_nodes, _NONE, np.int64)
     place = np.zeros(weave.lattice.n_nodes, np.int64)
