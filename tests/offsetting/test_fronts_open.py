@@ -175,6 +175,24 @@ def test_a_curve_from_border_to_border_is_offset_to_both_its_sides(x):
     assert errors(latitudes, lambda at, _: np.abs(at - 0.2 * x)).max() < 1e-4
 
 
+def test_a_selvedge_cuts_fronts_also_where_the_surface_folds_at_the_end_of_its_origin():
+    # Unfolded, the corner at the origin of the plane is one of 86 degrees; a fold of 120 goes through it.
+    fold, corner, apart = np.radians([120.0, 86.0, 30.0])
+    far = 4.0 * np.array([np.cos(corner), np.sin(corner)])
+    # Turned about the fold, which leaves the corner at 30 degrees, the far side is lifted.
+    along = np.array([np.cos(apart), np.sin(apart)])
+    across = far - (far @ along) * along
+    lifted = np.array([*((far @ along) * along + across * np.cos(fold)), np.linalg.norm(across) * np.sin(fold)])
+    vertices = np.array([[0, 0, 0], [6, 0, 0], [*(4.0 * along), 0], lifted])
+    surface = SurfaceMesh(vertices, np.array([[0, 1, 2], [0, 2, 3]]))
+    surface = replace(surface, starts=Origins((np.array([0, 1]),), np.array([False])))
+    latitudes = held(offset_fronts(surface, spacing=0.4))
+    first = latitudes.polylines.polyline(int(np.flatnonzero(latitudes.generation == 1)[0]))
+    # It ends on the lifted edge, as high over the origin as its distance.
+    end = first[np.argmax(first[:, 2])]
+    assert np.linalg.norm(end) == pytest.approx(0.4 / np.sin(corner), rel=1e-6)
+
+
 @pytest.mark.parametrize("length", [2.3, 3.1, 3.95])
 def test_open_fronts_that_pass_each_other_have_no_child(length):
     surface = flat_surface([rectangle(length, 2)], 0.2)

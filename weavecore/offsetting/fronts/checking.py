@@ -17,6 +17,7 @@ from weavecore.offsetting.fronts.judging import measure_nearness
 from weavecore.offsetting.fronts.meeting import curves_meet, meet_themselves
 from weavecore.offsetting.fronts.rays import Rays
 from weavecore.offsetting.opening import part_vertices
+from weavecore.tolerances import LEAST_HEM
 
 NEAREST = 0.75
 """Spacings between parent and child at least; a chord over a fan of rays or a saddle is less than the spacing."""
@@ -60,7 +61,9 @@ def refuse_broken(latitudes: Latitudes) -> None:
     top = np.zeros(len(bands))
     np.maximum.at(top, band[bands.is_parent], latitudes.distance[bands.polyline[bands.is_parent]])
     has_child = np.bincount(band[~bands.is_parent], minlength=len(bands)) > 0
-    too_deep = bands.depth > top + np.where(has_child, FARTHEST, DEEPEST) * latitudes.spacing
+    is_cut = np.bincount(band, ~latitudes.polylines.closed[bands.polyline], minlength=len(bands)) > 0
+    deepest = np.where(is_cut, 1.0 + LEAST_HEM, DEEPEST)  # A child so near to a selvedge may be left out.
+    too_deep = bands.depth > top + np.where(has_child, FARTHEST, deepest) * latitudes.spacing
     # Cut along its origins and all fronts the surface has one more for each open front.
     _, nodes = part_vertices(surface)
     parted = len(nodes) - surface.n_edges - int(surface.is_cut.sum()) // 2 + surface.n_faces

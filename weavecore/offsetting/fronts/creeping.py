@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.walking import Walks
 from weavecore.offsetting.fronts.aims import AT_RIM, OUT
 from weavecore.offsetting.fronts.ground import Ground
 from weavecore.offsetting.fronts.seeds import FAN_ANGLE
@@ -19,6 +20,11 @@ STRAIGHT = 0.05
 
 _LEAVES = 1e-4
 _OFF_THE_VERTEX = 1e-4
+
+_AT_THE_VERTEX = 0.02
+"""Parts of an edge: a walk that ends so near to its vertex may be one that passes a corner there."""
+
+_LEAST_WEDGE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,3 +91,16 @@ def fan(wedge: float) -> Floats:
     """Angles from a wedge down to 0, which is left out."""
     count = max(1, int(np.ceil(wedge / FAN_ANGLE)))
     return np.asarray(wedge * (1.0 - np.arange(count) / count))
+
+
+def corner_passed(ground: Ground, walk: Walks, on_right: bool) -> tuple[int, float] | None:
+    """The corner of a selvedge by which a walk is stopped as it just passes it, and the angle that opens behind."""
+    wall, walls = int(walk.wall[0]), ground.walls
+    part = float(walk.end[-1][(wall % 3 + 1) % 3])
+    slant = float(np.arctan2(-walk.wall_uy[0], walk.wall_ux[0]))
+    pivot = int(walls.after[wall]) if on_right else wall
+    beyond = pivot if on_right else int(walls.before[wall])
+    wedge = float(walls.angle[pivot]) - (np.pi + slant if on_right else 2 * np.pi - slant)
+    is_there = (1.0 - part if on_right else part) < _AT_THE_VERTEX
+    is_passed = is_there and wedge > -STRAIGHT and ground.is_selvedge[beyond]
+    return (pivot, max(wedge, _LEAST_WEDGE)) if is_passed else None

@@ -32,13 +32,20 @@ _MOST_ROUNDS = 5
 Progress = Optional[Callable[[float, str], None]]
 
 
-def cover(ground: Ground, *, spacing: Spacing, progress: Progress = None) -> list[Curves]:
+def cover(ground: Ground, *, spacing: Spacing, parts: int = 1, progress: Progress = None) -> list[Curves]:
     """The children of each generation, from 1 on, each with what is not yet covered on its left.
 
     Parameters
     ----------
     spacing : float or sequence of float
         In units of the ground; of several the last goes on.
+    parts : int
+        Each step is made in so many, one after the other.
+
+    Raises
+    ------
+    Degenerate
+        When children cross, lie too near to their parents, or end inside the surface.
     """
     generations: list[Curves] = []
     ladder = Ladder.of(spacing)
@@ -46,12 +53,12 @@ def cover(ground: Ground, *, spacing: Spacing, progress: Progress = None) -> lis
     covered = 0.0
     while True:
         parents = generations[-1] if generations else None
-        step = ladder.step_after(len(generations) + 1)
-        children, rays_on = _children(ground, rays, parents, step)
+        step, step_on = (ladder.step_after(len(generations) + further) for further in (0, 1))
+        children, rays_on = _offset_in_parts(ground, rays, parents, step=step, step_on=step_on, parts=parts)
         if len(children) == 0:
             return generations
         generations.append(children)
-        covered += step * float(children.lengths.sum())
+        covered += step_on * float(children.lengths.sum())
         rays = stop_at(ground, rays_on, children)
         if progress is not None:
             progress(min(covered / ground.area, 1.0), "offsetting the borders")
@@ -59,23 +66,48 @@ def cover(ground: Ground, *, spacing: Spacing, progress: Progress = None) -> lis
 
 def has_children(ground: Ground, *, spacing: float) -> bool:
     """Whether there is room for one generation."""
-    return len(_children(ground, _cast_from_walls(ground, spacing), None, spacing)[0]) > 0
+    return len(_children(ground, _cast_from_walls(ground, spacing), None, spacing, grandparents=None)[0]) > 0
 
 
 def _cast_from_walls(ground: Ground, spacing: float) -> Rays:
     return cast_rays(ground, seed_walls(ground, step=spacing / STEPS_PER_SPACING), spacing=spacing)
 
 
-def _children(ground: Ground, rays: Rays, parents: Curves | None, spacing: float) -> tuple[Curves, Rays]:
+def _cast_from(ground: Ground, fronts: Curves, spacing: float) -> Rays:
+    return cast_rays(ground, seed_curves(ground, fronts, step=spacing / STEPS_PER_SPACING), spacing=spacing)
+
+
+def _offset_in_parts(
+    ground: Ground, rays: Rays, parents: Curves | None, *, step: float, step_on: float, parts: int
+) -> tuple[Curves, Rays]:
+    """The children of some fronts, by a step in parts; and their own rays, as long as the step on.
+
+    Fronts on the way are resampled, so that what lies between steps that part behind a saddle is offset as well.
+    """
+    fronts, part = parents, step / parts
+    if parts > 1:
+        rays = _cast_from_walls(ground, part) if parents is None else _cast_from(ground, parents, part)
+        rays = rays if parents is None else stop_at(ground, rays, parents)
+    for _ in range(parts - 1):
+        fronts, rays = _children(ground, rays, fronts, part, grandparents=fronts)
+        if len(fronts) == 0:
+            return fronts, rays
+        rays = stop_at(ground, rays, fronts)
+    return _children(ground, rays, fronts, step_on, grandparents=parents)
+
+
+def _children(
+    ground: Ground, rays: Rays, parents: Curves | None, spacing: float, *, grandparents: Curves | None
+) -> tuple[Curves, Rays]:
     """The children that have room before them (§4.5), and their own rays, as long as the spacing."""
     children = offset_once(ground, rays, parents)
     refuse_near(ground, rays, children)
     refuse_loose_ends(ground, children)
-    rays = cast_rays(ground, seed_curves(ground, children, step=spacing / STEPS_PER_SPACING), spacing=spacing)
+    rays = _cast_from(ground, children, spacing)
     if len(children) == 0:
         return children, rays
     refuse_crossings(ground, children, parents)
-    stays, gone = find_room(ground, rays, children, parents)
+    stays, gone = find_room(ground, rays, children, grandparents)
     doubtful = (~stays | (lengths_of(children) < _SHORT * spacing)) & ~gone
     stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
     return children.take(stays), rays.take(stays)

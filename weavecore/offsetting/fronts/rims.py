@@ -18,7 +18,7 @@ from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.geometry.walking import Walks, place_along, walk_far
 from weavecore.offsetting.fronts.aims import AT_RIM, FREE, OUT, Aims, between, is_out, strung, walks_along
 from weavecore.offsetting.fronts.chords import measure_chords
-from weavecore.offsetting.fronts.creeping import STRAIGHT, Crept, creep, fan
+from weavecore.offsetting.fronts.creeping import STRAIGHT, Crept, corner_passed, creep, fan
 from weavecore.offsetting.fronts.ground import Curves, Ground
 from weavecore.offsetting.fronts.seeds import Seeds, aim
 
@@ -33,8 +33,12 @@ _ARRIVED = 1e-3
 _TRIALS = 16
 """Parts in which the gap between two rays is looked through for a spike of a selvedge."""
 
-_AT_THE_VERTEX = 0.02
-_LEAST_WEDGE = 1e-6
+_ASIDE = 1e-9
+"""Radians by which the first ray behind a corner keeps to the side of the one that just passed it.
+
+Both lead on in one line, and may just touch another selvedge: rounding is not to let one pass and stop the other.
+"""
+
 _AHEAD = 0.5
 """Parts of the step that a child is prolonged by at most to come to a selvedge."""
 
@@ -110,12 +114,21 @@ class _Rims:
             angle += 2 * np.pi
         wedge = angle if on_right else full - angle
         if wedge < -STRAIGHT:
-            self.aims.state[index] = OUT
+            # Beyond the surface at its end, which may bend there: rays in between turn in the front's own face.
+            self.aims.state[index], self.aims.way[index] = OUT, self._across_end(int(end.front[0]), on_right)
             return True
         angles = fan(wedge)[1:] if wedge > _LEAST_FAN else np.zeros(0)
         before = index if on_right else index - 1
         self._put_crept(before, end, pivot, place, angles if on_right else full - angles, on_right, full)
         return wedge > _LEAST_FAN
+
+    def _across_end(self, front: int, on_right: bool) -> Floats:
+        """Direction in space square to the first or the last segment of an open front, to its left."""
+        fronts = self.fronts
+        segment = np.array([fronts.offsets[front + 1] - 2 if on_right else fronts.offsets[front]])
+        along = self.ground.points(fronts.face[segment], fronts.end[segment] - fronts.start[segment])[0]
+        across = np.cross(self.ground.normals[fronts.face[segment[0]]], along)
+        return np.asarray(across / max(float(np.linalg.norm(across)), np.finfo(float).tiny))
 
     def find_spikes(self) -> None:
         """Put rays that a selvedge stops between neighbours that pass it on both sides."""
@@ -211,14 +224,16 @@ class _Rims:
         if wall != NO_TWIN and left <= _ARRIVED * self.step:
             self._put(index, replace(out, reach=out_walk.far, state=np.array([AT_RIM]), rim=out_walk.wall), out_walk)
             return
-        corner = _corner_passed(ground, out_walk, on_right) if wall != NO_TWIN else None
+        corner = corner_passed(ground, out_walk, on_right) if wall != NO_TWIN else None
         if corner is None:
             self._put(index, *self._prolonged(free, free_walk, on_right))
             return
         pivot, wedge = corner
         full = float(ground.walls.angle[pivot])
         at_corner = replace(out, lead=out.lead + far, reach=np.array([left]))
-        angles = fan(wedge) if on_right else full - fan(wedge)
+        away = fan(wedge)
+        away[0] += _ASIDE
+        angles = away if on_right else full - away
         self._put_crept(index, at_corner, pivot, 0.0, angles, on_right, full)
 
     def _prolonged(self, free: Aims, walk: Walks, on_right: bool) -> tuple[Aims, Walks]:
@@ -321,16 +336,3 @@ class _Rims:
         order = np.argsort(place, kind="stable")
         self.aims = Aims.of([self.aims.take(own), *self._added]).take(order)
         self._added, self._places = [], []
-
-
-def _corner_passed(ground: Ground, walk: Walks, on_right: bool) -> tuple[int, float] | None:
-    """The corner of a selvedge by which a walk is stopped as it just passes it, and the angle that opens behind."""
-    wall, walls = int(walk.wall[0]), ground.walls
-    part = float(walk.end[-1][(wall % 3 + 1) % 3])
-    slant = float(np.arctan2(-walk.wall_uy[0], walk.wall_ux[0]))
-    pivot = int(walls.after[wall]) if on_right else wall
-    beyond = pivot if on_right else int(walls.before[wall])
-    wedge = float(walls.angle[pivot]) - (np.pi + slant if on_right else 2 * np.pi - slant)
-    is_there = (1.0 - part if on_right else part) < _AT_THE_VERTEX
-    is_passed = is_there and wedge > -STRAIGHT and ground.is_selvedge[beyond]
-    return (pivot, max(wedge, _LEAST_WEDGE)) if is_passed else None
