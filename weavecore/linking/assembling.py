@@ -5,42 +5,35 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of
+from weavecore.linking.binding import Bound, longest_link
 from weavecore.linking.cells import NO_CORNER, BandFaces
 from weavecore.linking.patterns import Pattern
-from weavecore.linking.selvedges import Hem
 from weavecore.linking.splicing import are_among
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 
 
-def assemble(
-    latitudes: Latitudes,
-    nodes: Floats,
-    latitude: Ints,
-    station: Floats,
-    faces: BandFaces,
-    hem: Hem,
-    longest_link: float,
-    pattern: Pattern,
-    edge_length: float,
-) -> Lattice:
+def assemble(latitudes: Latitudes, bound: Bound, pattern: Pattern, edge_length: float) -> Lattice:
     """The lattice of the given faces; nodes beyond those that have a station are hubs, kept where a face has them.
 
     An edge along a polyline is latitudinal.  One that binds a child to its parent is
     longitudinal, also where several meet in one band, unless it is longer than
-    ``longest_link``; so is one from a polyline to a selvedge, and all along one are.  The others are of the second
+    `longest_link`; so is one from a polyline to a selvedge, and all along one are.  The others are of the second
     step.
     """
-    corners, nodes = _without_idle_hubs(faces.corners, nodes, len(latitude))
+    hem, latitude = bound.hem, bound.latitude
+    corners, nodes = _without_idle_hubs(bound.faces.corners, bound.nodes, len(latitude))
     corners = corners[np.lexsort(np.sort(corners, axis=1).T)]
     n_hubs = len(nodes) - len(latitude)
     node_latitude = np.concatenate([latitude, np.full(n_hubs, -1, np.int64)])
-    edges = BandFaces(corners, faces.band).edges()
+    edges = BandFaces(corners, bound.faces.band).edges()
     family = edge_families(latitudes, edges, node_latitude)
     first_hub = len(latitude)
     on_hem = (edges >= first_hub - len(hem.places)) & (edges < first_hub)
     family[on_hem.any(1) & (on_hem | (node_latitude[edges] >= 0)).all(1)] = LONGITUDINAL
-    too_long = np.linalg.norm(nodes[edges[:, 1]] - nodes[edges[:, 0]], axis=1) > longest_link
+    too_long = np.linalg.norm(nodes[edges[:, 1]] - nodes[edges[:, 0]], axis=1) > longest_link(
+        latitudes.spacing, edge_length
+    )
     family[too_long & (family == LONGITUDINAL)] = POCKET
     family[are_among(edges[:, 0], edges[:, 1], hem.edges())] = LONGITUDINAL
     return Lattice(
@@ -51,7 +44,7 @@ def assemble(
         edges=edges,
         edge_family=family,
         node_latitude=node_latitude,
-        node_station=np.concatenate([station, np.zeros(n_hubs)]),
+        node_station=np.concatenate([bound.station, np.zeros(n_hubs)]),
         pattern=pattern.name,
         edge_length=edge_length,
     )

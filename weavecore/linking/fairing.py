@@ -23,6 +23,7 @@ from scipy.sparse.linalg import cg
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.linking.division import points_at
+from weavecore.linking.uprighting import Uprightness
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.polylines import Polylines
 
@@ -135,10 +136,16 @@ def _rods_of(lattice: Lattice) -> _Rods:
     partner = match_greedily(one[good], other[good], bend[good], len(tail))
     first = np.flatnonzero(partner > np.where(partner == ALONE, len(tail), np.arange(len(tail))))
     node = tail[first]
+    return _Rods(head[first], node, head[partner[first]], _node_normals(lattice)[node])
+
+
+def _node_normals(lattice: Lattice) -> Floats:
+    """Where the faces around each node look together (N, 3)."""
     normals = np.zeros_like(lattice.nodes)
     np.add.at(normals, lattice.face_nodes, _corner_shapes(lattice, lattice.nodes)[0])
     size = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    return _Rods(head[first], node, head[partner[first]], (normals / size)[node])
+    unit: Floats = normals / size
+    return unit
 
 
 def _step(lattice: Lattice, track: _Track, rods: _Rods, nodes: Floats, slide: Floats) -> Floats:
@@ -224,10 +231,12 @@ def _link_strains(lattice: Lattice, nodes: Floats, tangent: Floats, variable: In
 
 
 def _without_harm(lattice: Lattice, track: _Track, slide: Floats) -> Floats:
-    """The slides with those left out that turn a face over or give it a sharper corner than it may have."""
+    """The slides with those left out that turn a face, or turn it over, or give it too sharp a corner."""
     corners = lattice.face_nodes
     face = rows_of(lattice.face_offsets)
     normal, angle = _corner_shapes(lattice, lattice.nodes)
+    look = Uprightness(lattice.latitudes.surface, _node_normals(lattice))
+    was_fallen = look.of(lattice.nodes, corners, lattice.face_offsets) <= 0
     variable = np.where(track.free, np.cumsum(track.free) - 1, -1)[corners]
     slide = slide.copy()
     while True:
@@ -236,7 +245,7 @@ def _without_harm(lattice: Lattice, track: _Track, slide: Floats) -> Floats:
         new_normal, new_angle = _corner_shapes(lattice, nodes)
         is_bad = (normal * new_normal).sum(1) < _SAME_SIDE
         is_bad |= (new_angle < _LEAST_ANGLE) & (new_angle < angle * (1 - 1e-9))
-        bad_faces = np.zeros(lattice.n_faces, bool)
+        bad_faces = ~was_fallen & (look.of(nodes, corners, lattice.face_offsets) <= 0)
         bad_faces[face[is_bad]] = True
         harmful = variable[bad_faces[face]]
         harmful = harmful[harmful >= 0]

@@ -101,9 +101,10 @@ class RingLinker:
                 stations = self._divide_child(p, int(band_above[p]))
             self.nodes.append(stations)
 
-    def keep_zips(self, strips: Bools) -> None:
-        """Drop the zips of strips that are plain no more."""
-        self.zips = {band: zipped for band, zipped in self.zips.items() if zipped.closed or strips[band]}
+    @property
+    def counts(self) -> Ints:
+        """(P,) number of nodes of each polyline."""
+        return np.array([len(stations) for stations in self.nodes], np.int64)
 
     def _divide_child(self, p: int, band: int) -> Floats:
         """Stations of the nodes of a child; zips its band if that is a plain one."""

@@ -22,6 +22,9 @@ NONE = -1
 _ON_CHORD = 1e-6
 """Of the height of a selvedge over its chord: nodes no higher are ends of the chord."""
 
+_STRAIGHT = 1e-6
+"""Of a chord: a selvedge that rises no higher over it needs no more nodes."""
+
 End = tuple[int, int]
 """A polyline, and 0 for its beginning or 1 for its end."""
 
@@ -251,15 +254,16 @@ def give_way(selvedge: Selvedge, stations: Floats, nodes: cKDTree) -> Floats:
         places = points_on(selvedge, stations)
         start, end = places[chord], places[chord + 1]
     along = end - start
-    square = np.maximum((along * along).sum(1), np.finfo(float).tiny)
-    part = np.clip(((selvedge.points - start) * along).sum(1) / square, 0.0, 1.0)
+    chord_square = np.maximum((along * along).sum(1), np.finfo(float).tiny)
+    part = np.clip(((selvedge.points - start) * along).sum(1) / chord_square, 0.0, 1.0)
     foot = start + part[:, None] * along
     off = selvedge.points - foot
     square = (off * off).sum(1)
     nearest, which = (np.asarray(found) for found in nodes.query(selvedge.points))
     height = ((nodes.data[which] - foot) * off).sum(1)
     # Ends of the chord are nodes themselves, and lie on it; others may lie beyond the selvedge, on another part.
-    crossed = np.flatnonzero((nearest**2 < square) & (height > _ON_CHORD * square) & (height < square))
+    is_crossed = (nearest**2 < square) & (height > _ON_CHORD * square) & (height < square)
+    crossed = np.flatnonzero(is_crossed & (square > _STRAIGHT**2 * chord_square))
     crossed = crossed[np.lexsort((nearest[crossed], chord[crossed]))]
     _, first = np.unique(chord[crossed], return_index=True)
     return np.sort(np.concatenate([stations, selvedge.stations[crossed[first]]]))

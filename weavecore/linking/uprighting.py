@@ -7,7 +7,7 @@ from typing import Optional
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.closest import nearest_on_triangles
 from weavecore.geometry.delaunay import turn_edges
 from weavecore.linking.cells import NO_CORNER, BandFaces
@@ -23,23 +23,41 @@ _FACES_ASKED = 12
 """Of so many faces with the nearest middles one is taken to be the nearest face."""
 
 
-class _Uprightness:
-    """How triangles look: the cosine of the angle between their normals and those of the surface."""
+class Uprightness:
+    """How faces look: the cosine of the angle between their normals and those of the surface.
 
-    def __init__(self, surface: SurfaceMesh, nodes: Floats, normals: Floats) -> None:
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    normals : (N, 3) float64
+        About where the surface looks at each node.
+    """
+
+    def __init__(self, surface: SurfaceMesh, normals: Floats) -> None:
         self._surface = surface
-        self._nodes = nodes
         self._normals = normals
         self._tree: Optional[cKDTree] = None
 
-    def of(self, a: Ints, b: Ints, c: Ints) -> Floats:
+    def of_triangles(self, nodes: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
         """By corners, one value a triangle."""
-        pa, pb, pc = self._nodes[a], self._nodes[b], self._nodes[c]
-        area = np.cross(pb - pa, pc - pa)
-        cosine = _cosine(area, self._normals[a] + self._normals[b] + self._normals[c])
+        pa, pb, pc = nodes[a], nodes[b], nodes[c]
+        toward = self._normals[a] + self._normals[b] + self._normals[c]
+        return self._of(np.cross(pb - pa, pc - pa), toward, (pa + pb + pc) / 3)
+
+    def of(self, nodes: Floats, corners: Ints, offsets: Ints) -> Floats:
+        """One value a face, whose corners lie one face after the other."""
+        first, after = offsets[:-1], next_in_loop(offsets)
+        points = nodes[corners]
+        arm = points - points[first][rows_of(offsets)]
+        area = np.add.reduceat(np.cross(arm, arm[after]), first)
+        middle = np.add.reduceat(points, first) / np.diff(offsets)[:, None]
+        return self._of(area, np.add.reduceat(self._normals[corners], first), middle)
+
+    def _of(self, area: Floats, toward: Floats, middle: Floats) -> Floats:
+        cosine = _cosine(area, toward)
         doubtful = np.flatnonzero(cosine < _DOUBTFUL)
         if len(doubtful):
-            face = self._nearest_faces((pa + pb + pc)[doubtful] / 3)
+            face = self._nearest_faces(middle[doubtful])
             cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face])
         return cosine
 
@@ -78,24 +96,31 @@ def turn_upright(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: Ba
     """
     is_triangle = faces.corners[:, 3] == NO_CORNER
     triangles = faces.corners[is_triangle, :3]
-    uprightness = _Uprightness(surface, nodes, normals)
+    look = Uprightness(surface, normals).of_triangles
 
     def gain(_triangles: Ints, a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
-        before = np.minimum(uprightness.of(a, b, c), uprightness.of(b, a, d))
+        before = np.minimum(look(nodes, a, b, c), look(nodes, b, a, d))
         gained = np.zeros(len(a))
         fallen = np.flatnonzero(before <= 0)
         a, b, c, d = a[fallen], b[fallen], c[fallen], d[fallen]
-        after = np.minimum(uprightness.of(c, a, d), uprightness.of(d, b, c))
+        after = np.minimum(look(nodes, c, a, d), look(nodes, d, b, c))
         gained[fallen] = np.where(after > _UPRIGHT, after - before[fallen], 0.0)
         return gained
 
-    if (uprightness.of(*triangles.T) > 0).all():
+    if (look(nodes, *triangles.T) > 0).all():
         return faces
     n = np.int64(len(nodes))
     fixed = np.concatenate([ring_edges, faces.where(~is_triangle).edges()])
     corners = faces.corners.copy()
     corners[is_triangle, :3] = turn_edges(triangles, len(nodes), np.unique(fixed[:, 0] * n + fixed[:, 1]), gain)
     return BandFaces(corners, faces.band)
+
+
+def find_fallen(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces) -> Ints:
+    """(k, 3) the triangles that look against the surface; parameters as of `turn_upright`."""
+    triangles = faces.corners[faces.corners[:, 3] == NO_CORNER, :3]
+    fallen: Ints = triangles[Uprightness(surface, normals).of_triangles(nodes, *triangles.T) <= 0]
+    return fallen
 
 
 def node_normals(latitudes: Latitudes, latitude: Ints, station: Floats, faces: BandFaces, n_nodes: int) -> Floats:

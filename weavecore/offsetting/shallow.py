@@ -39,9 +39,14 @@ def _close_to_selvedges(latitudes: Latitudes) -> Bools:
     lowest = latitudes.distance[bands.polyline[bands.offsets[:-1]]]
     generation = latitudes.generation[bands.polyline[bands.offsets[:-1]]]
     step = np.append(latitudes.steps, latitudes.steps[-1])[np.minimum(generation, len(latitudes.steps))]
-    is_shallow = is_last & touches & (bands.depth - lowest < LEAST_HEM * step) & (generation > 1)
+    is_shallow = is_last & touches & (bands.depth - lowest < LEAST_HEM * step)
     gone = np.zeros(len(latitudes), bool)
     gone[bands.polyline[is_shallow[band]]] = True
+    # Of the first generation some stay: those of a band that would have no child left.
+    child = ~bands.is_parent
+    left = np.bincount(band[child], ~gone[bands.polyline[child]], minlength=len(bands)) > 0
+    first = bands.polyline[child][~left[band[child]] & (latitudes.generation[bands.polyline[child]] == 1)]
+    gone[first] = False
     return gone
 
 
