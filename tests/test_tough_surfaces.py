@@ -29,7 +29,11 @@ ONCE_BROKEN = [
     ("cone", 27001),
     ("crumpled", 27002),
     ("graded_holes", 27000),
+    ("hole_near_the_rim", 27002),
+    ("missing_faces", 51003),
     ("pieces", 27001),
+    ("slits", 51002),
+    ("star", 51001),
     ("two_triangles", 27000),
     ("two_triangles", 27003),
 ]

@@ -15,7 +15,7 @@ from weavecore.linking.evening import even_out
 from weavecore.linking.patterns import Pattern
 from weavecore.linking.pockets import fill_bands
 from weavecore.linking.quads import pair_triangles
-from weavecore.linking.rings import RingLinker, Zip
+from weavecore.linking.rings import Rings, Zip
 from weavecore.linking.selvedges import Hem, plain_strips
 from weavecore.linking.splicing import faces_with_long_links, splice
 from weavecore.linking.uprighting import find_fallen, node_normals, turn_upright
@@ -30,6 +30,7 @@ class Bound:
 
     Parameters
     ----------
+    rings : Rings
     hem : Hem
     nodes : (N, 3) float64
         Those of the polylines, of the selvedges, and hubs.
@@ -37,9 +38,10 @@ class Bound:
         The polyline of each node that is no hub, -1 on a selvedge, and the station on it.
     faces : BandFaces
     fallen : (k, 3) int64
-        Nodes of the triangles beside selvedges, if there are any, that look against the surface.
+        Nodes of the triangles at borders that look against the surface, if some of the borders are selvedges.
     """
 
+    rings: Rings
     hem: Hem
     nodes: Floats
     latitude: Ints
@@ -53,23 +55,23 @@ def longest_link(spacing: float, edge_length: float) -> float:
     return _STRETCH * float(np.hypot(spacing, 1.25 * edge_length))
 
 
-def bind(latitudes: Latitudes, linker: RingLinker, hem: Hem, design: Pattern, edge_length: float) -> Bound:
+def bind(latitudes: Latitudes, rings: Rings, hem: Hem, design: Pattern, edge_length: float) -> Bound:
     """The zips of plain bands where they hold, and what fills the others."""
-    counts, n_more = linker.counts, len(hem.places)
+    counts, n_more = rings.counts, len(hem.places)
     latitude = np.concatenate([rows_of(offsets_of(counts)), np.full(n_more, -1)])
-    station = np.concatenate([*linker.nodes, np.zeros(n_more)])
+    station = np.concatenate([*rings.nodes, np.zeros(n_more)])
     n = len(latitude) - n_more
     places = np.concatenate([points_at(latitudes.polylines, latitude[:n], station[:n]), hem.places])
     ring_edges = np.concatenate([_ring_edges(counts, latitudes.polylines.closed), hem.edges()])
     strips = plain_strips(latitudes, hem.selvedges, hem.stations)
-    zips = {band: zipped for band, zipped in linker.zips.items() if zipped.closed or strips[band]}
+    zips = {band: zipped for band, zipped in rings.zips.items() if zipped.closed or strips[band]}
     zipped = _zip_faces(zips, counts, design)
     longest = longest_link(latitudes.spacing, edge_length)
     bad = faces_with_long_links(zipped, places, ring_edges, longest)
     is_wanted = np.ones(len(latitudes.bands), bool)
     is_wanted[np.setdiff1d(zipped.band, zipped.band[bad])] = False
     taken = np.concatenate([ring_edges, zipped.where(~is_wanted[zipped.band]).edges()])
-    nodes, filled = _fill(latitudes, linker.nodes, hem, places, np.flatnonzero(is_wanted), taken, edge_length)
+    nodes, filled = _fill(latitudes, rings.nodes, hem, places, np.flatnonzero(is_wanted), taken, edge_length)
     faces = splice(zipped, bad, filled, ring_edges)
     if design.has_diagonals:
         faces = _evened(nodes, latitude, faces, ring_edges, longest)
@@ -77,10 +79,13 @@ def bind(latitudes: Latitudes, linker: RingLinker, hem: Hem, design: Pattern, ed
     faces = turn_upright(latitudes.surface, nodes, normals, faces, ring_edges)
     fallen = np.zeros((0, 3), np.int64)
     if hem.selvedges:
+        on_border = (latitude < 0) | (latitudes.generation[latitude] == 0)
+        hubs = np.zeros(len(nodes) - len(latitude), bool)
         fallen = find_fallen(latitudes.surface, nodes, normals, faces)
+        fallen = fallen[np.concatenate([on_border, hubs])[fallen].any(1)]
     if not design.has_diagonals:
         faces = pair_triangles(faces, nodes, ring_edges, leave_few=design.in_pairs)
-    return Bound(hem, nodes, latitude, station, faces, fallen)
+    return Bound(rings, hem, nodes, latitude, station, faces, fallen)
 
 
 def _evened(nodes: Floats, latitude: Ints, faces: BandFaces, ring_edges: Ints, longest: float) -> BandFaces:

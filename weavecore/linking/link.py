@@ -15,7 +15,7 @@ from weavecore.linking.division import count_nodes, points_at
 from weavecore.linking.fairing import fair
 from weavecore.linking.loosening import loosen
 from weavecore.linking.patterns import Pattern, pattern_named
-from weavecore.linking.rings import RingLinker
+from weavecore.linking.rings import Rings, link_rings
 from weavecore.linking.selvedges import (
     Hem,
     divide_selvedges,
@@ -69,34 +69,33 @@ def link_latitudes(
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
     tell(0.0, "dividing the latitudes")
-    linker, hem = _divide(latitudes, length, design)
+    rings, hem = _divide(latitudes, length, design)
     tell(0.4, "filling the pockets")
-    bound = _bind_loosely(latitudes, linker, hem, design, length)
+    bound = _bind_loosely(latitudes, rings, hem, design, length)
     tell(0.8, "fairing the lattice")
-    return fair(assemble(latitudes, bound, design, length), linker.spikes)
+    return fair(assemble(latitudes, bound, design, length), rings.spikes)
 
 
-def _divide(latitudes: Latitudes, length: float, design: Pattern) -> tuple[RingLinker, Hem]:
+def _divide(latitudes: Latitudes, length: float, design: Pattern) -> tuple[Rings, Hem]:
     """The polylines divided and zipped, and the selvedges divided."""
     selvedges = find_selvedges(latitudes)
     turns = divide_selvedges(selvedges, length)
     counts = count_nodes(latitudes, length, design, find_tongues(latitudes, selvedges))
-    linker = RingLinker(latitudes, counts, design, plain_strips(latitudes, selvedges, turns))
-    linker.run()
+    rings = link_rings(latitudes, counts, design, plain_strips(latitudes, selvedges, turns))
     if selvedges:
-        tree = cKDTree(points_at(latitudes.polylines, rows_of(offsets_of(linker.counts)), np.concatenate(linker.nodes)))
+        tree = cKDTree(points_at(latitudes.polylines, rows_of(offsets_of(rings.counts)), np.concatenate(rings.nodes)))
         turns = [give_way(selvedge, stations, tree) for selvedge, stations in zip(selvedges, turns)]
-    return linker, number_hem(selvedges, turns, linker.counts)
+    return rings, number_hem(selvedges, turns, rings.counts)
 
 
-def _bind_loosely(latitudes: Latitudes, linker: RingLinker, hem: Hem, design: Pattern, length: float) -> Bound:
-    """Bound with as many more nodes on selvedges as leave the fewest faces fallen."""
-    best = bound = bind(latitudes, linker, hem, design, length)
+def _bind_loosely(latitudes: Latitudes, rings: Rings, hem: Hem, design: Pattern, length: float) -> Bound:
+    """Bound with as many more nodes at selvedges as leave the fewest faces fallen."""
+    best = bound = bind(latitudes, rings, hem, design, length)
     for _ in range(_MOST_LOOSENINGS):
-        hem = loosen(bound.hem, bound.fallen, linker.counts)
-        if len(hem.places) == len(bound.hem.places):
+        rings, hem = loosen(latitudes.polylines, bound.rings, bound.hem, bound.fallen)
+        if len(hem.places) + rings.counts.sum() == len(bound.latitude):
             break
-        bound = bind(latitudes, linker, hem, design, length)
+        bound = bind(latitudes, rings, hem, design, length)
         if len(bound.fallen) < len(best.fallen):
             best = bound
     return best

@@ -54,10 +54,11 @@ class Zip:
     closed: bool = True
 
 
-class RingLinker:
-    """Divides the polylines in the order of their generations and zips the plain bands.
+@dataclass(frozen=True, eq=False)
+class Rings:
+    """Divided polylines, open ones among them, and the zips between them.
 
-    Attributes
+    Parameters
     ----------
     nodes : list of (n,) float64
         Rising stations of the nodes of each polyline.
@@ -67,21 +68,54 @@ class RingLinker:
         By polyline: stations of its spikes, where it has any.
     """
 
+    nodes: list[Floats]
+    zips: dict[int, Zip]
+    spikes: dict[int, Floats]
+
+    @property
+    def counts(self) -> Ints:
+        """(P,) number of nodes of each polyline."""
+        return np.array([len(stations) for stations in self.nodes], np.int64)
+
+    def with_nodes(self, nodes: list[Floats]) -> Rings:
+        """The same with other nodes, without the zips of polylines that have more or less of them."""
+        same = [len(old) == len(new) for old, new in zip(self.nodes, nodes)]
+        zips = {band: z for band, z in self.zips.items() if same[z.parent] and same[z.child]}
+        return Rings(nodes, zips, self.spikes)
+
+
+def link_rings(latitudes: Latitudes, counts: Ints, pattern: Pattern, strips: Bools) -> Rings:
+    """Divide the polylines in the order of their generations and zip the plain bands.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    counts : (P,) int64
+        Number of nodes of each polyline.
+    pattern : Pattern
+    strips : (B,) bool
+        Bands between open polylines that are zipped.
+    """
+    return _RingLinker(latitudes, counts, pattern, strips).run()
+
+
+class _RingLinker:
+    """The work of `link_rings`, polyline after polyline."""
+
     def __init__(self, latitudes: Latitudes, counts: Ints, pattern: Pattern, strips: Bools) -> None:
         self._latitudes = latitudes
         self._counts = counts
         self._strips = strips
         samples = sample_polylines(latitudes, counts)
         self._feet = find_feet(latitudes, samples)
-        self.spikes = find_spikes(samples)
+        self._spikes = find_spikes(samples)
         self._pattern = pattern
         self._plain = _plain_bands(latitudes)
         self._links_above: dict[int, Ints] = {}
-        self.nodes: list[Floats] = []
-        self.zips: dict[int, Zip] = {}
+        self._nodes: list[Floats] = []
+        self._zips: dict[int, Zip] = {}
 
-    def run(self) -> None:
-        """Divide all polylines."""
+    def run(self) -> Rings:
         latitudes, polylines = self._latitudes, self._latitudes.polylines
         bands = latitudes.bands
         band_above = np.full(len(latitudes), -1, np.int64)
@@ -99,19 +133,15 @@ class RingLinker:
                 stations = self._divide_open_child(p, int(band_above[p]))
             else:
                 stations = self._divide_child(p, int(band_above[p]))
-            self.nodes.append(stations)
-
-    @property
-    def counts(self) -> Ints:
-        """(P,) number of nodes of each polyline."""
-        return np.array([len(stations) for stations in self.nodes], np.int64)
+            self._nodes.append(stations)
+        return Rings(self._nodes, self._zips, self._spikes)
 
     def _divide_child(self, p: int, band: int) -> Floats:
         """Stations of the nodes of a child; zips its band if that is a plain one."""
         count, length = int(self._counts[p]), float(self._latitudes.polylines.lengths[p])
         index = self._foot_indices(p)
         phase = _harmonic_phase(index, self._pattern)
-        spikes = self.spikes.get(p)
+        spikes = self._spikes.get(p)
         parent, is_left = self._parent_of(band)
         n = int(self._counts[parent])
         divisions = np.array([divide_evenly(length, count, phase + k / _DIVISIONS, spikes) for k in range(_DIVISIONS)])
@@ -124,19 +154,19 @@ class RingLinker:
         tips = tips + shift
         self._links_above[p] = np.bincount(tips % count, minlength=count) + 1
         if _has_no_double_link(tips, count):
-            self.zips[band] = Zip(parent, p, is_left, tips)
+            self._zips[band] = Zip(parent, p, is_left, tips)
         return stations
 
     def _divide_open_child(self, p: int, band: int) -> Floats:
         """Stations of the nodes of an open child; zips its band if that is a plain strip."""
         length, n_edges = float(self._latitudes.polylines.lengths[p]), int(self._counts[p]) - 1
         if not self._strips[band]:
-            return divide_open(length, n_edges, self.spikes.get(p))
+            return divide_open(length, n_edges, self._spikes.get(p))
         parent, is_left = self._parent_of(band)
-        n = len(self.nodes[parent])
+        n = len(self._nodes[parent])
         index = self._foot_indices(p)
         rising = raise_feet(index if is_left else index + (n - 1))
-        ways = divide_openly(length, n_edges, self.spikes.get(p), self._pattern)
+        ways = divide_openly(length, n_edges, self._spikes.get(p), self._pattern)
         if rising is None:
             return ways[0].stations
         known = np.linspace(0.0, length, len(rising))
@@ -151,7 +181,7 @@ class RingLinker:
                 best, least, tips = way, found.cost + way.cost, found.tips
         if tips is not None:
             self._links_above[p] = np.bincount(tips[:-1], minlength=len(best.stations)) + 1
-            self.zips[band] = Zip(parent, p, is_left, tips, closed=False)
+            self._zips[band] = Zip(parent, p, is_left, tips, closed=False)
         return best.stations
 
     def _find_tips(
@@ -170,7 +200,7 @@ class RingLinker:
         def places(p: int, stations: Floats) -> Floats:
             return points_at(polylines, np.full(len(stations), p), stations % float(polylines.lengths[p]))
 
-        ring = places(parent, self.nodes[parent])
+        ring = places(parent, self._nodes[parent])
         ring = ring if is_left else np.roll(ring[::-1], 1, axis=0)
         ways = [nearest_tips(ring, places(child, stations)) for stations in divisions]
         best = int(np.argmin([np.inf if tips is None else cost for cost, tips in ways]))
@@ -184,7 +214,7 @@ class RingLinker:
     def _wanted_steps(self, parent: int, is_left: bool) -> Ints:
         """How far the tip should advance at each node of the parent; one step where the links above are not known."""
         if parent not in self._links_above or not self._pattern.has_diagonals:
-            return np.ones(len(self.nodes[parent]), np.int64)
+            return np.ones(len(self._nodes[parent]), np.int64)
         links = self._links_above[parent]
         if is_left or not self._latitudes.polylines.closed[parent]:
             own = links if is_left else links[::-1]
@@ -202,7 +232,7 @@ class RingLinker:
         for q in np.unique(parent).tolist():
             here = parent == q
             lines = self._latitudes.polylines
-            index[here] = index_at(self.nodes[q], float(lines.lengths[q]), station[here], closed=bool(lines.closed[q]))
+            index[here] = index_at(self._nodes[q], float(lines.lengths[q]), station[here], closed=bool(lines.closed[q]))
         return np.where(against, -index, index)
 
 

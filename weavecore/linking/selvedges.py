@@ -22,8 +22,8 @@ NONE = -1
 _ON_CHORD = 1e-6
 """Of the height of a selvedge over its chord: nodes no higher are ends of the chord."""
 
-_STRAIGHT = 1e-6
-"""Of a chord: a selvedge that rises no higher over it needs no more nodes."""
+STRAIGHT = 1e-6
+"""Of a chord: a line that rises no higher over it needs no more nodes."""
 
 End = tuple[int, int]
 """A polyline, and 0 for its beginning or 1 for its end."""
@@ -263,7 +263,7 @@ def give_way(selvedge: Selvedge, stations: Floats, nodes: cKDTree) -> Floats:
     height = ((nodes.data[which] - foot) * off).sum(1)
     # Ends of the chord are nodes themselves, and lie on it; others may lie beyond the selvedge, on another part.
     is_crossed = (nearest**2 < square) & (height > _ON_CHORD * square) & (height < square)
-    crossed = np.flatnonzero(is_crossed & (square > _STRAIGHT**2 * chord_square))
+    crossed = np.flatnonzero(is_crossed & (square > STRAIGHT**2 * chord_square))
     crossed = crossed[np.lexsort((nearest[crossed], chord[crossed]))]
     _, first = np.unique(chord[crossed], return_index=True)
     return np.sort(np.concatenate([stations, selvedge.stations[crossed[first]]]))
