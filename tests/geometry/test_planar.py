@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from weavecore.geometry.planar import inside_polygons, triangulate_region
+from weavecore.geometry.planar import inside_polygons, triangulate_polygon, triangulate_region
 from weavecore.geometry.relaxing import doubled_areas
 
 
@@ -92,3 +92,23 @@ def test_where_the_polygon_lies_does_not_matter():
     border, around = ring(25, np.linspace(0.5, 1.0, 25))
     here = triangulate_region(border, around).faces
     assert np.array_equal(triangulate_region(border * 1e6 + 1e7, around).faces, here)
+
+
+@given(st.integers(0, 10_000), st.integers(4, 30), st.booleans())
+def test_a_polygon_in_space_is_cut_into_triangles_that_run_as_it_does(seed, n, is_turned):
+    draw = np.random.default_rng(seed)
+    border, _ = ring(n, draw.uniform(0.2, 1.0, n))
+    frame = np.linalg.qr(draw.normal(size=(3, 3)))[0]
+    polygon = draw.normal(size=3) + 5.0 * border[:: -1 if is_turned else 1] @ frame[:2]
+    normal = 3.0 * np.cross(frame[0], frame[1]) * (-1 if is_turned else 1)
+    faces = triangulate_polygon(polygon, normal)
+    a, b, c = (polygon[faces[:, k]] for k in range(3))
+    heights = np.cross(b - a, c - a) @ normal / np.linalg.norm(normal) / 2
+    assert len(faces) == n - 2
+    assert heights.min() > 0
+    assert heights.sum() == pytest.approx(25.0 * abs(area_of(border)), rel=1e-9)
+
+
+def test_a_polygon_that_crosses_itself_is_not_cut_into_triangles():
+    bow_tie = np.array([[0.0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0], [-0.5, 0.5, 0]])
+    assert triangulate_polygon(bow_tie, np.array([0.0, 0, 1])) is None

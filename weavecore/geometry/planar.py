@@ -72,6 +72,25 @@ def triangulate_region(points: Floats, segments: Ints) -> PlanarRegion:
     return PlanarRegion(_inside_of(faces, segments, n), missing)
 
 
+def triangulate_polygon(polygon: Floats, normal: Floats) -> Ints | None:
+    """Triangles (n - 2, 3) of the corners of a plane polygon, running as it does; None where it is no simple one.
+
+    Parameters
+    ----------
+    polygon : (n, 3) float64
+    normal : (3,) float64
+        From where it runs counter-clockwise, of any length.
+    """
+    n = len(polygon)
+    across = np.linalg.svd(normal[None])[2][1:]
+    flat = (polygon - polygon.mean(0)) @ across.T
+    if np.cross(across[0], across[1]) @ normal < 0:
+        flat = flat[:, ::-1]
+    corner = np.arange(n)
+    faces = triangulate_region(flat, np.stack([corner, (corner + 1) % n], axis=1)).faces
+    return faces if len(faces) == n - 2 else None
+
+
 def _jitter(n: int) -> Floats:
     """A fixed, evenly spread shift: rows of points on one circle would make Qhull's result arbitrary."""
     k = np.arange(n)[:, None]

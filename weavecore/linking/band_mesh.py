@@ -10,6 +10,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.geometry.bisecting import bisect_edges, bisect_long_edges
 from weavecore.geometry.cutting import NONE, Cells, cut_along
 from weavecore.geometry.laddering import LEAST_CROWD, lay_ladder
+from weavecore.geometry.planar import triangulate_polygon
 from weavecore.linking.band_marks import Curves, curves_around
 from weavecore.linking.open_mesh import OpenMesh, open_mesh
 from weavecore.linking.seats import Seats
@@ -145,7 +146,7 @@ def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: 
 
 
 def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
-    """Points, triangles and their bands: whole faces, and cells as one or two triangles, as ladders or as fans."""
+    """Points, triangles and their bands: whole faces, and cells cut by a diagonal, as ladders, fans or polygons."""
     face_band = np.where(cells.face_piece == NONE, NONE, band_of_piece[cells.face_piece])
     whole = np.flatnonzero(face_band != NONE)
     cell_band = band_of_piece[cells.cell_piece]
@@ -168,18 +169,25 @@ def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints
     triangles = [mesh.faces[whole], np.c_[a, b, c], np.c_[a, c, d][four]]
     band = [face_band[whole], cell_band[small], cell_band[small][four]]
     points = np.concatenate([points, middle / size[:, None]])
-    is_fan = np.ones(len(large), bool)
-    for k in np.flatnonzero(count[large] >= LEAST_CROWD + 2).tolist():
+    n_known = len(mesh.vertices) + len(curves.points)
+    normal = np.cross(points[start] - points[n_known + fan], points[end] - points[n_known + fan])
+    whole_normal = np.stack([np.bincount(fan, normal[:, k], minlength=len(large)) for k in range(3)], axis=1)
+    is_folded, is_fan = np.zeros(len(large), bool), np.ones(len(large), bool)
+    is_folded[fan[(normal * whole_normal[fan]).sum(1) < 0]] = True
+    for k in np.flatnonzero(is_folded | (count[large] >= LEAST_CROWD + 2)).tolist():
         corners = _around(cells, int(first[large[k]]), int(count[large[k]]))
         ladder = lay_ladder(points[corners])
-        if ladder is not None:
+        if ladder is None and not is_folded[k]:
+            continue
+        parts = triangulate_polygon(points[corners], whole_normal[k]) if ladder is None else ladder.triangles
+        if parts is not None:
+            more = np.zeros((0, 3)) if ladder is None else ladder.points
+            number = np.concatenate([corners, len(points) + np.arange(len(more))])
+            points = np.concatenate([points, more])
+            triangles.append(number[parts])
+            band.append(np.full(len(parts), cell_band[large[k]]))
             is_fan[k] = False
-            number = np.concatenate([corners, len(points) + np.arange(len(ladder.points))])
-            points = np.concatenate([points, ladder.points])
-            triangles.append(number[ladder.triangles])
-            band.append(np.full(len(ladder.triangles), cell_band[large[k]]))
     kept = is_fan[fan]
-    n_known = len(mesh.vertices) + len(curves.points)
     triangles.append(np.c_[start, end, n_known + fan][kept])
     band.append(cell_band[large][fan[kept]])
     return points, np.concatenate(triangles), np.concatenate(band)
