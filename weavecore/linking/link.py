@@ -92,6 +92,8 @@ def _bind_loosely(latitudes: Latitudes, rings: Rings, hem: Hem, design: Pattern,
     """Bound with as many more nodes at selvedges as leave the fewest faces fallen."""
     best = bound = bind(latitudes, rings, hem, design, length)
     for _ in range(_MOST_LOOSENINGS):
+        if len(bound.fallen) == 0:
+            break
         rings, hem = loosen(latitudes.polylines, bound.rings, bound.hem, bound.fallen)
         if len(hem.places) + rings.counts.sum() == len(bound.latitude):
             break
