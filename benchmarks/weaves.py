@@ -16,9 +16,9 @@ from pathlib import Path
 
 from weavecore import pipeline
 from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.report_files import Folder
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.tables import Source
+from weavecore.fabricating.written_folder import Folder
 from weavecore.model import Weave
 from weavecore.units import millimetres_in
 from weavecore.weaving.sequence import find_sequence

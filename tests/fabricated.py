@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import cache
 
-from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.report_files import ReadTable, read_table
-from weavecore.fabricating.summary import Fabrication
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.fabricate import Fabrication, fabricate_weave
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.tables import Source
+from weavecore.fabricating.written_folder import ReadTable, read_table
 from weavecore.model import Weave
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import woven_sample

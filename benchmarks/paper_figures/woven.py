@@ -13,9 +13,9 @@ from comparing import compare
 from paper_figures.drawing import INK, draw_loops, generation_colour, make_panels, save, save_picture
 from paper_figures.pages import join, row_of_images, table, yes
 from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.report_files import Folder
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.tables import Source
+from weavecore.fabricating.written_folder import Folder
 from weavecore.model import LATITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.palette import LONGITUDES, POCKETS
 from weavecore.weaving.sequence import find_sequence

@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from weavecore import pipeline
+from weavecore.fabricating.cut import cut_rods
 from weavecore.fabricating.marks import mark_pieces
-from weavecore.fabricating.pieces import cut_rods
-from weavecore.fabricating.plan import plan_rods
-from weavecore.fabricating.sheets import draw_roll, to_corner
-from weavecore.fabricating.svg import encode_svg
-from weavecore.fabricating.templates import strips_of
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.plan import Workshop, plan_rods
+from weavecore.fabricating.template_files import encode_svg
+from weavecore.fabricating.templates import draw_roll, strips_of, to_corner
 
 HERE = Path(__file__).resolve().parent
 SHOWN = ("L16", "L15", "A33", "B30")

@@ -13,11 +13,10 @@ import pytest
 from fabricated import PATTERNS, SHELL, made, make, table
 from open_cloth import woven_cloth
 from weavecore import pipeline
-from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.reporting import check_files
-from weavecore.fabricating.summary import Fabrication
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.fabricate import Fabrication, fabricate_weave
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.report import check_files
+from weavecore.fabricating.tables import Source
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import tube_latitudes
 from woven_tube import tube_lattice

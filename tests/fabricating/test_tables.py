@@ -13,10 +13,9 @@ from fabricated import PATTERNS, SHELL, made, make, table
 from open_cloth import woven_cloth
 from weavecore import pipeline
 from weavecore.fabricating.fabricate import TABLES, fabricate_weave
-from weavecore.fabricating.plan import plan_rods
-from weavecore.fabricating.table import Source, number
-from weavecore.fabricating.ties import find_ties, size_of_tie
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.marks import find_ties, size_of_tie
+from weavecore.fabricating.plan import Workshop, plan_rods
+from weavecore.fabricating.tables import Source, number
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import woven_sample, woven_tube
 

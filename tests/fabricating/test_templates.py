@@ -15,12 +15,11 @@ from hypothesis import strategies as st
 
 from fabricated import SHELL, made, make, table
 from weavecore.errors import Unsupported
+from weavecore.fabricating.cut import cut_rods
+from weavecore.fabricating.fabricate import Fabrication
 from weavecore.fabricating.marks import mark_pieces
-from weavecore.fabricating.pieces import cut_rods
-from weavecore.fabricating.plan import plan_rods
-from weavecore.fabricating.summary import Fabrication
+from weavecore.fabricating.plan import PAPERS, Workshop, plan_rods
 from weavecore.fabricating.templates import ROW, sections_of, spread, strips_of
-from weavecore.fabricating.workshop import PAPERS, Workshop
 from woven_rods import woven_sample, woven_tube
 
 ALL = Workshop()

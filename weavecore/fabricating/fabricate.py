@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Callable, Optional
 
 from weavecore.fabricating import tables
-from weavecore.fabricating.bom import bom_table
-from weavecore.fabricating.dxf import encode_dxf
-from weavecore.fabricating.marks import Mark, mark_pieces
-from weavecore.fabricating.needed import need
+from weavecore.fabricating.cut import Piece, cut_rods
+from weavecore.fabricating.marks import Mark, find_ties, mark_pieces
 from weavecore.fabricating.nesting import nest_pieces
-from weavecore.fabricating.pdf import encode_pdf
-from weavecore.fabricating.pieces import Piece, cut_rods
-from weavecore.fabricating.plan import RodPlan, plan_rods
-from weavecore.fabricating.reporting import check_files, encode_report
-from weavecore.fabricating.sheets import draw_pages, draw_roll, to_corner
-from weavecore.fabricating.summary import Fabrication
-from weavecore.fabricating.svg import encode_svg
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.templates import strips_of
-from weavecore.fabricating.ties import find_ties
-from weavecore.fabricating.workshop import DXF, PDF, SVG, TEMPLATES, Workshop
+from weavecore.fabricating.optional_libraries import need
+from weavecore.fabricating.plan import DXF, PDF, SVG, TEMPLATES, RodPlan, Workshop, plan_rods
+from weavecore.fabricating.report import check_files, encode_report
+from weavecore.fabricating.tables import Source, bom_table
+from weavecore.fabricating.template_files import encode_dxf, encode_pdf, encode_svg
+from weavecore.fabricating.templates import draw_pages, draw_roll, strips_of, to_corner
+from weavecore.fabricating.written_folder import Finding, Folder
 from weavecore.model import BuildSequence, Weave
 
 Progress = Callable[[float, str], None]
@@ -121,3 +116,57 @@ def _templates(
         width, height = pages[0].width, pages[0].height
         files["templates.pdf"] = encode_pdf([page.drawing for page in pages], width, height, statement)
     return files
+
+
+# ----------------------------------------------------------------------
+# What `fabricate` tells when it is done, read off the files.
+
+
+@dataclass(frozen=True)
+class Fabrication:
+    """The files of a folder, and what was found when they were checked.
+
+    Parameters
+    ----------
+    files : mapping of file name to bytes
+    findings : tuple of Finding
+        The lines of the report.
+    """
+
+    files: Mapping[str, bytes]
+    findings: tuple[Finding, ...]
+
+    @property
+    def failing(self) -> tuple[Finding, ...]:
+        """The findings that do not hold."""
+        return tuple(finding for finding in self.findings if not finding.passes)
+
+    def __getitem__(self, invariant: str) -> Finding:
+        """The finding of that name."""
+        return next(finding for finding in self.findings if finding.invariant == invariant)
+
+
+def describe_fabrication(made: Fabrication) -> list[tuple[str, str]]:
+    """The folder in a few lines: pairs of a label and a text."""
+    folder = Folder(made.files)
+    bom = folder.table("bom")
+    bars, stock = int(bom["stock_count"][0]), float(bom["stock_length"][0])
+    mass = f", {float(bom['mass'][0]):.2f} kg" if bom["mass"][0] else ""
+    n_pieces, n_splices = len(folder.table("pieces")), len(folder.table("splices"))
+    lines = [
+        (
+            "rods",
+            f"{len(folder.table('rods'))}, {float(bom['cut_length'][0]) / 1000:,.1f} m of {bom['material'][0]}{mass}",
+        ),
+        ("pieces", f"{n_pieces}, {n_splices} splices"),
+        ("stock", f"{bars} bars of {stock / 1000:g} m, {made['waste_pct'].value:.1f}% waste"),
+        ("joints", f"{len(folder.table('joints'))}, {bom['ties'][0]} ties"),
+    ]
+    failing = made.failing
+    if not failing:
+        return [*lines, ("checked", f"all {len(made.findings)} invariants hold")]
+    names = ", ".join(finding.invariant for finding in failing)
+    return [
+        *lines,
+        ("checked", f"{len(failing)} of {len(made.findings)} invariants do not hold: {names}; see report.txt"),
+    ]

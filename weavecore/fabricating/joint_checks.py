@@ -8,10 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.fabricating.rebuilding import rebuild_nodes
-from weavecore.fabricating.report_files import Axes, Finding, Folder, ReadTable, count, worst
+from weavecore.fabricating.written_folder import Axes, Finding, Folder, ReadTable, count, statement_of, worst
 from weavecore.geometry.arrays import Floats, Ints, rows_of
-from weavecore.geometry.segments import segment_distances
+from weavecore.geometry.closest import segment_distances
 
 MARK_LIMIT, NODE_LIMIT, GAP_LIMIT = 0.1, 0.2, 0.1
 _OWN_REACH = 4.0
@@ -190,3 +189,127 @@ def check_sequence(folder: Folder) -> Iterator[Finding]:
     yield count(
         "joint_tied_before_its_rods_stand", [joint for joint, step in tied if stands.get(joint, step + 1) > step]
     )
+
+
+# ----------------------------------------------------------------------
+# Where the nodes are, from the marks and the axes alone.
+#
+# At a node each rod lies its ``layer_offset`` out of the surface along one normal: p = node + offset · n.  Two rods at
+# different heights tell both; a rod that is alone lies on the node.
+
+
+def rebuild_nodes(marks: ReadTable, axes: Axes) -> tuple[list[str], Floats]:
+    """Names of the joints and nodes that the marks tell of, sorted, and where they are (n, 3).
+
+    A joint all rods of which lie at one height is not a number.
+    """
+    joints = [*marks["joint_id"], *(joint for joint, other in zip(marks["joint_id"], marks["other_rod"]) if other)]
+    rods = [*marks["rod_id"], *(other for other in marks["other_rod"] if other)]
+    other = marks.floats("other_station")
+    stations = np.concatenate([marks.floats("station"), other[~np.isnan(other)]])
+    # A joint's rods are named by several marks; each counts once.
+    known = sorted(set(zip(joints, rods, stations.tolist())))
+    names, group = np.unique([joint for joint, _, _ in known], return_inverse=True)
+    rows = axes.rows_at([rod for _, rod, _ in known], np.array([station for _, _, station in known]))
+    point, height = axes.point[rows], axes.layer_offset[rows]
+    n = len(names)
+    weight = np.bincount(group, minlength=n)
+    mean_height = np.bincount(group, height, minlength=n) / weight
+    mean_point = np.stack([np.bincount(group, point[:, k], minlength=n) / weight for k in range(3)], axis=1)
+    rise = height - mean_height[group]
+    spread = np.bincount(group, rise * rise, minlength=n)
+    climb = np.stack([np.bincount(group, rise * point[:, k], minlength=n) for k in range(3)], axis=1)
+    flat = spread < 1e-6
+    normal = np.divide(climb, spread[:, None], out=np.zeros_like(climb), where=~flat[:, None])
+    # Without a difference of heights the nodes are known only where the rods lie on them.
+    nodes = mean_point - mean_height[:, None] * normal
+    nodes[flat & (np.abs(mean_height) > 1e-6)] = np.nan
+    return names.tolist(), nodes
+
+
+# ----------------------------------------------------------------------
+# Whether the order along the rods goes on as the weave says, and what does not is listed.
+#
+# A *side* is 1 where a rod lies over all others of a joint, -1 where it lies under all, 0 between and at a node that it
+# passes alone.
+
+_TWILL = "twill "
+
+Passes = list[tuple[float, str, int]]
+"""Station, joint and side, along a rod."""
+
+
+def check_conflicts(folder: Folder) -> Iterator[Finding]:
+    """The rods that do not alternate, or leave their layer, are those that the joints list; all of them are told."""
+    weave = statement_of(folder.files["marks.csv"])["weave"]
+    joints, rods = folder.table("joints"), folder.table("rods")
+    listed = Counter((rod, joint) for joint, row in zip(joints["joint_id"], joints.lists("conflicts")) for rod in row)
+    yield Finding("order_conflicts_listed", float(sum(listed.values())), float("inf"), _names(listed))
+    if weave.startswith(_TWILL):
+        over, under = (int(part) for part in weave[len(_TWILL) :].split("/"))
+        yield count("order_conflict_not_listed", _twill_breaks(folder, set(listed), over, under))
+        return
+    closed = dict(zip(rods["rod_id"], rods["closed"]))
+    found: Counter[tuple[str, str]] = Counter()
+    for rod, passes in sides_along_rods(folder).items():
+        row = [*passes, passes[0]] if closed[rod] == "yes" else passes
+        for (_, _, before), (_, joint, after) in zip(row, row[1:]):
+            if before * after == (1 if weave == "plain" else -1):
+                found[rod, joint] += 1
+    yield count("order_conflict_not_listed", _names(found - listed))
+    yield count("order_conflict_listed_for_nothing", _names(listed - found))
+
+
+def _twill_breaks(folder: Folder, listed: set[tuple[str, str]], over: int, under: int) -> list[str]:
+    """Where a rod does not go over and under as a twill has it, though no conflict is listed.
+
+    A ring goes over ``over`` rods and under ``under``, the rods across it the other way around; that holds from joint
+    to joint of a ring and one other rod, and begins anew after other joints and where a conflict is listed.
+    """
+    rods, joints = folder.table("rods"), folder.table("joints")
+    rings = {rod for rod, family in zip(rods["rod_id"], rods["family"]) if family == "latitudinal"}
+    rows = zip(joints["joint_id"], joints.lists("rods"))
+    crossed = {joint for joint, row in rows if len(row) == 2 and len(rings.intersection(row)) == 1}
+    broken = []
+    for rod, passes in sides_along_rods(folder).items():
+        m, n = (over, under) if rod in rings else (under, over)
+        cycle = [1] * m + [-1] * n
+        stretch: list[int] = []
+        for _, joint, side in passes:
+            if joint not in crossed or (rod, joint) in listed:
+                stretch = []
+            if joint in crossed:
+                stretch.append(side)
+                if not _goes_in_cycles(stretch, cycle):
+                    broken.append(f"{rod}@{joint}")
+                    stretch = [side]
+    return broken
+
+
+def _goes_in_cycles(sides: list[int], cycle: list[int]) -> bool:
+    """Whether the sides are a part of the cycle that goes on and on."""
+    n = len(cycle)
+    return any(all(side == cycle[(start + k) % n] for k, side in enumerate(sides)) for start in range(n))
+
+
+def sides_along_rods(folder: Folder) -> dict[str, Passes]:
+    """The side of every rod at all its nodes in order; marks that overlapping pieces have twice count once."""
+    marks = folder.table("marks")
+    seen: dict[str, dict[tuple[float, str], list[str]]] = {}
+    columns = (marks["rod_id"], marks["station"], marks["joint_id"], marks["over_under"])
+    for rod, station, joint, side in zip(*columns):
+        seen.setdefault(rod, {}).setdefault((float(station), joint), []).append(side)
+    return {
+        rod: [(station, joint, _side(sides)) for (station, joint), sides in sorted(places.items())]
+        for rod, places in seen.items()
+    }
+
+
+def _side(sides: list[str]) -> int:
+    if set(sides) == {"over"}:
+        return 1
+    return -1 if set(sides) == {"under"} else 0
+
+
+def _names(rows: Counter[tuple[str, str]]) -> tuple[str, ...]:
+    return tuple(sorted(f"{rod}@{joint}" for rod, joint in rows.elements()))

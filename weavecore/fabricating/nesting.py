@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.fabricating.pieces import Piece
+from weavecore.fabricating.cut import Piece
 
 _MOST_TRIALS = 200_000
 """Bars times pieces, up to which it is tried to do better than best fit."""

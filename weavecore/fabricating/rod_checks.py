@@ -8,8 +8,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from weavecore.fabricating.nesting import least_bars
-from weavecore.fabricating.report_files import Finding, Folder, ReadTable, count, worst
-from weavecore.fabricating.workshop import MOST_UTILISED, OVERLAP, OVERLAP_DIAMETERS
+from weavecore.fabricating.plan import MOST_UTILISED, OVERLAP, OVERLAP_DIAMETERS
+from weavecore.fabricating.written_folder import Finding, Folder, ReadTable, count, worst
 from weavecore.geometry.arrays import Floats
 
 LENGTH_LIMIT = 0.1

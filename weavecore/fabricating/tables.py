@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 
-from weavecore.fabricating.axes import sample_axes
-from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
+from weavecore.fabricating.cut import Piece, Splice, stagger
+from weavecore.fabricating.marks import OVER, UNDER, Mark, Ties, joint_name, size_of_tie
 from weavecore.fabricating.nesting import Bar
-from weavecore.fabricating.pieces import Piece, Splice
-from weavecore.fabricating.plan import RodPlan
-from weavecore.fabricating.splice_candidates import stagger
-from weavecore.fabricating.table import Table, listed, mm, number, yes_no
-from weavecore.fabricating.ties import Ties
-from weavecore.model import FAMILIES, BuildSequence
+from weavecore.fabricating.plan import SLEEVE, RodPlan, Workshop
+from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.geometry.splines import cubic_points, sample_curves, span_ends
+from weavecore.model import FAMILIES, BuildSequence, Weave
+from weavecore.version import installed_version
 
 
 def rods_table(plan: RodPlan) -> Table:
@@ -156,3 +159,201 @@ def sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
         action = "weave in" if not is_ring else "set ring" if plan.axes.closed[rod] else "set rod"
         rows.append((k + 1, action, plan.ids[rod], listed(tied), listed(after)))
     return Table("sequence", ("step", "action", "rod", "joints_to_tie", "after"), rows)
+
+
+# ----------------------------------------------------------------------
+# Points along the axes, so near each other that straight lines between them keep within hundredths of a millimetre.
+
+SAG = 0.02
+"""How far an axis may bulge from the straight line between two points, in millimetres."""
+
+_LONGEST = 50.0
+_PROBES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class AxisPoints:
+    """Points along the axes, by rod and station; of a ring the first comes again at the end.
+
+    Between nodes ``layer_offset`` goes evenly from that of one to that of the next.
+    """
+
+    rod: Ints
+    station: Floats
+    point: Floats
+    layer_offset: Floats
+
+
+def sample_axes(plan: RodPlan) -> AxisPoints:
+    """Sample all axes; the visits are among the points."""
+    axes = plan.axes
+    samples = sample_curves(
+        axes.points, axes.derivatives, axes.parameters, axes.offsets, axes.closed, axes.ends, step=_steps(plan)
+    )
+    rod = rows_of(samples.offsets)
+    given = np.flatnonzero(samples.is_given)
+    # All rods end to end, each a gap after the one before, make one rising row to interpolate in.
+    base = np.concatenate([[0.0], np.cumsum(axes.lengths + 1.0)])[:-1]
+    is_end = samples.offsets[1:][axes.closed] - 1
+    known = np.sort(np.concatenate([given, is_end]))
+    visit = np.searchsorted(given, known)
+    visit[np.searchsorted(known, is_end)] = axes.offsets[:-1][axes.closed]
+    station = axes.stations[visit]
+    station[np.searchsorted(known, is_end)] = axes.lengths[axes.closed]
+    place = base[rod] + samples.stations
+    # The visits keep the stations that the marks have, to the last bit; those between follow.
+    told = np.interp(place, place[known], base[rod[known]] + station) - base[rod]
+    told[known] = station
+    heights = np.interp(place, place[known], axes.layer_offsets[visit])
+    return AxisPoints(rod, told, samples.points, heights)
+
+
+def _steps(plan: RodPlan) -> Floats:
+    """(…,) for every cubic how far apart its points may be."""
+    axes = plan.axes
+    start, stop, width = span_ends(axes.parameters, axes.offsets, axes.closed, axes.ends)
+    ends = (axes.points[start], axes.points[stop], axes.derivatives[start], axes.derivatives[stop])
+    slopes = [cubic_points(*ends, width, np.full(len(start), t))[1] for t in np.linspace(0, 1, _PROBES)]
+    unit = [slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny) for slope in slopes]
+    turn = np.max([np.linalg.norm(b - a, axis=1) for a, b in zip(unit, unit[1:])], axis=0)
+    curvature = turn * (_PROBES - 1) / width
+    steps: Floats = np.sqrt(8 * SAG / np.maximum(curvature, 8 * SAG / _LONGEST**2))
+    return steps
+
+
+# ----------------------------------------------------------------------
+# The bill of materials.
+
+LABELS_PER_PIECE = 2
+
+
+def kilograms_per_mm(diameter: float, density: float) -> float:
+    """Mass of a round rod by its length; not a number where the density is not known."""
+    return np.pi / 4 * diameter**2 * density * 1e-9 if density > 0 else float("nan")
+
+
+def bom_table(
+    plan: RodPlan,
+    workshop: Workshop,
+    pieces: Sequence[Piece],
+    splices: Sequence[Splice],
+    bars: Sequence[Bar],
+    ties: Ties,
+) -> Table:
+    """What to buy: one row, as all rods are of one material and diameter."""
+    material = plan.weave.material
+    per_mm = kilograms_per_mm(plan.diameter, material.density)
+    cut = sum(piece.cut_length for piece in pieces)
+    longest = float(ties.length.max(initial=0.0))
+    columns = (
+        "material,diameter,stock_count,ties,mass,stock_length,cut_length,stock_mass,tie_size,sleeves,sleeve_length,"
+        "labels,density,kerf"
+    )
+    is_sleeve = workshop.splice == SLEEVE
+    row = (
+        material.name,
+        mm(plan.diameter),
+        len(bars),
+        int(ties.count.sum()),
+        number(cut * per_mm, 4),
+        mm(workshop.stock),
+        mm(cut),
+        number(len(bars) * workshop.stock * per_mm, 4),
+        mm(size_of_tie(longest)) if longest else "",
+        len(splices) if is_sleeve else 0,
+        mm(workshop.sleeve_length(plan.diameter)) if is_sleeve else "",
+        LABELS_PER_PIECE * len(pieces),
+        number(material.density, 1),
+        mm(workshop.kerf),
+    )
+    return Table("bom", columns.split(","), [row])
+
+
+# ----------------------------------------------------------------------
+# `Table`: rows of texts under names of columns, as CSV files hold them.
+#
+# The first line of every file begins with ``#`` and states weavecore's version, the unit, the weave and a hash of the
+# input; the second has the names of the columns.  Fields are parted by commas, numbers have a decimal point,
+# several names in one field are parted by blanks.
+
+
+@dataclass(frozen=True)
+class Source:
+    """What every file of the folder states.
+
+    Parameters
+    ----------
+    version : str
+        Of weavecore.
+    sha256 : str
+        Of the JSON result that the folder was made from.
+    weave : str
+        How rods go over and under.
+    pattern : str
+    """
+
+    version: str
+    sha256: str
+    weave: str
+    pattern: str
+
+    @classmethod
+    def of(cls, weave: Weave, content: bytes) -> Source:
+        """The statement on a weave that was read from, or would be written as, a file with this content."""
+        return cls(installed_version(), sha256(content).hexdigest(), weave.over_under, weave.lattice.pattern)
+
+    def line(self, name: str) -> str:
+        """The statement of one file."""
+        return (
+            f"weavecore {self.version}; table {name}; unit mm; weave {self.weave}; pattern {self.pattern}; "
+            f"input sha256 {self.sha256}"
+        )
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, without ending.
+    columns : sequence of str
+    rows : sequence of sequences
+    """
+
+    name: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[object]]
+
+    def encode(self, source: Source) -> bytes:
+        """The bytes of the CSV file."""
+        stream = io.StringIO()
+        stream.write(f"# {source.line(self.name)}\n")
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows(self.rows)
+        return stream.getvalue().encode()
+
+
+def mm(length: float) -> str:
+    """A length to a micrometre."""
+    return number(length, 3)
+
+
+def number(value: float, digits: int) -> str:
+    """A number with so many digits after the point; nothing where it is not finite; 0 has no sign."""
+    if not abs(value) < float("inf"):
+        return ""
+    text = f"{value:.{digits}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+def listed(names: Iterable[object]) -> str:
+    """Several names in one field."""
+    return " ".join(map(str, names))
+
+
+def yes_no(value: bool) -> str:
+    """A truth in a field."""
+    return "yes" if value else "no"

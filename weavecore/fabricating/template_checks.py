@@ -8,10 +8,9 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from weavecore.fabricating.drawing import SCALE, TICKS
-from weavecore.fabricating.needed import need
-from weavecore.fabricating.report_files import Finding, Folder
-from weavecore.fabricating.templates import ROW, SCALE_BAR
+from weavecore.fabricating.optional_libraries import need
+from weavecore.fabricating.templates import ROW, SCALE, SCALE_BAR, TICKS
+from weavecore.fabricating.written_folder import Finding, Folder
 from weavecore.geometry.arrays import Floats
 
 LIMIT = 0.01

@@ -8,24 +8,12 @@ Texts that would lie on each other are moved aside, with a line to their tick.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Optional
 
-from weavecore.fabricating.drawing import (
-    LABELS,
-    LEFT,
-    MIDDLE,
-    NAMES,
-    RIGHT,
-    ROD,
-    SCALE,
-    SPLICES,
-    TICKS,
-    Drawing,
-)
+from weavecore.fabricating.cut import Piece, Splice
 from weavecore.fabricating.marks import OVER, UNDER, Mark
-from weavecore.fabricating.pieces import Piece, Splice
-from weavecore.fabricating.plan import RodPlan
+from weavecore.fabricating.plan import PAPERS, RodPlan
 
 ROW = 42.0
 """Height of a piece with its texts."""
@@ -179,3 +167,156 @@ def spread(wanted: Sequence[float], widths: Sequence[float], *, low: float, high
     most = high - edges[-1]
     starts = [min(max(start, low), max(most, low)) for start in starts]
     return [start + edges[k] + widths[k] / 2 for k, start in enumerate(starts)]
+
+
+# ----------------------------------------------------------------------
+# The sheets that templates lie on: one long one for plotters, and pages for printers.
+
+_MARGIN, _FOOT = 9.0, 20.0
+_NOTE = 2.6
+_ROUND = 20.0
+"""Sections of pieces are of round lengths."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A drawing and its size in millimetres."""
+
+    drawing: Drawing
+    width: float
+    height: float
+
+
+def draw_roll(plan: RodPlan, strips: Sequence[Strip], statement: str) -> Sheet:
+    """All pieces whole, one below the other; each begins at x = 0."""
+    drawing = Drawing()
+    for k, strip in enumerate(strips):
+        draw_strip(drawing, plan, strip, 0.0, -ROW * (k + 0.5))
+    draw_scale(drawing, 0.0, _FOOT, statement)
+    longest = max([strip.high for strip in strips], default=0.0)
+    return Sheet(drawing, longest + 2 * (NAME_WIDTH + _MARGIN), ROW * len(strips) + 2 * _FOOT + _MARGIN)
+
+
+def to_corner(sheet: Sheet) -> Sheet:
+    """The same sheet with its lower left corner at 0, for formats that have no negative coordinates."""
+    return Sheet(
+        sheet.drawing.moved(NAME_WIDTH + _MARGIN, sheet.height - 2 * _FOOT - _MARGIN / 2), sheet.width, sheet.height
+    )
+
+
+def draw_pages(plan: RodPlan, strips: Sequence[Strip], statement: str, paper: str) -> list[Sheet]:
+    """The pieces on pages, long ones in sections and short ones beside each other; each page with a scale bar."""
+    width, height = PAPERS[paper]
+    rows = _fill_rows(strips, width - 2 * _MARGIN)
+    per_page = int((height - _MARGIN - _FOOT) // ROW)
+    pages = []
+    count = max(1, -(-len(rows) // per_page))
+    for number in range(count):
+        drawing = Drawing()
+        for k, row in enumerate(rows[number * per_page : (number + 1) * per_page]):
+            for x, section in row:
+                draw_strip(drawing, plan, section, _MARGIN + x, height - _MARGIN - ROW * (k + 0.5))
+        draw_scale(drawing, NAME_WIDTH + _MARGIN, _MARGIN + 3.0, statement)
+        note = f"page {number + 1} of {count}, print at 100 %"
+        drawing.text(width - _MARGIN, _MARGIN - _NOTE, note, _NOTE, SCALE, anchor=RIGHT)
+        pages.append(Sheet(drawing, width, height))
+    return pages
+
+
+def _fill_rows(strips: Sequence[Strip], width: float) -> list[list[tuple[float, Strip]]]:
+    """Sections in their order, each with the x of its left end, in rows of a width."""
+    longest = (width - 2 * NAME_WIDTH) // _ROUND * _ROUND
+    rows: list[list[tuple[float, Strip]]] = []
+    reached = width
+    for strip in strips:
+        for section in sections_of(strip, longest):
+            need = section.high - section.low + 2 * NAME_WIDTH
+            if reached + need > width:
+                rows.append([])
+                reached = 0.0
+            rows[-1].append((reached + NAME_WIDTH, section))
+            reached += need
+    return rows
+
+
+# ----------------------------------------------------------------------
+# `Drawing`: lines and texts in millimetres, before they are of any format.
+#
+# x runs to the right and y up.  Layers: ``ROD`` outlines, ``TICKS`` marks, ``LABELS`` texts at the marks, ``NAMES`` of
+# the pieces, ``SPLICES``, ``SCALE`` the scale bar and what the file states.
+
+ROD, TICKS, LABELS, NAMES, SPLICES, SCALE = "ROD", "TICKS", "LABELS", "NAMES", "SPLICES", "SCALE"
+LAYERS = {
+    ROD: (120, 120, 120),
+    TICKS: (0, 0, 0),
+    LABELS: (0, 0, 0),
+    NAMES: (0, 0, 0),
+    SPLICES: (200, 56, 40),
+    SCALE: (40, 96, 200),
+}
+"""Layers and their colours."""
+
+LEFT, MIDDLE, RIGHT = "left", "middle", "right"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line; dashed where it shows something that lies elsewhere."""
+
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+    layer: str
+    width: float = 0.18
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text that begins, is centred or ends at a point on its base line, turned by 0 or 90 degrees."""
+
+    x: float
+    y: float
+    text: str
+    height: float
+    layer: str
+    anchor: str = LEFT
+    turned: bool = False
+    bold: bool = False
+
+
+@dataclass
+class Drawing:
+    """What is drawn on one sheet."""
+
+    lines: list[Line] = field(default_factory=list)
+    texts: list[Text] = field(default_factory=list)
+
+    def line(
+        self, x1: float, y1: float, x2: float, y2: float, layer: str, *, width: float = 0.18, dashed: bool = False
+    ) -> None:
+        """Add a line."""
+        self.lines.append(Line(x1, y1, x2, y2, layer, width, dashed))
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        height: float,
+        layer: str,
+        *,
+        anchor: str = LEFT,
+        turned: bool = False,
+        bold: bool = False,
+    ) -> None:
+        """Add a text."""
+        self.texts.append(Text(x, y, text, height, layer, anchor, turned, bold))
+
+    def moved(self, x: float, y: float) -> Drawing:
+        """The same drawing elsewhere."""
+        return Drawing(
+            [replace(one, x1=one.x1 + x, x2=one.x2 + x, y1=one.y1 + y, y2=one.y2 + y) for one in self.lines],
+            [replace(one, x=one.x + x, y=one.y + y) for one in self.texts],
+        )
