@@ -16,7 +16,7 @@ _LAYER_COLOUR = (90, 90, 96)
 
 def weave_entry(weave: Weave) -> dict[str, Any]:
     """The key ``weave`` of the JSON result: what is common to all rods."""
-    material, bending = weave.material, weave.bending
+    material = weave.material
     return {
         "rod_diameter": weave.rod_diameter,
         "over_under": weave.over_under,
@@ -29,7 +29,6 @@ def weave_entry(weave: Weave) -> dict[str, Any]:
             "source": material.source,
         },
         "normals": weave.normals.tolist(),
-        "bending_window": bending.window,
         "ends_inside": weave.n_ends_inside,
         "median_length": weave.median_length,
         "conflicts": [
@@ -57,6 +56,7 @@ def rod_entries(weave: Weave) -> list[dict[str, Any]]:
             {
                 "axis_length": float(axes.lengths[s]),
                 "axis": {"degree": 3, "knots": knots.tolist(), "controls": controls.tolist()},
+                "overhangs": axes.overhangs[s].tolist(),
                 "stations": axes.stations[part].tolist(),
                 "layer_offsets": axes.layer_offsets[part].tolist(),
                 # A straight rod has no radius, and JSON no infinity.
@@ -64,7 +64,9 @@ def rod_entries(weave: Weave) -> list[dict[str, Any]]:
                 "station_at_min": float(bending.station_at_min[s]),
                 "point_at_min": bending.point_at_min[s].tolist(),
                 "utilisation": float(bending.utilisation[s]),
-                "largest_diameter": float(bending.largest_diameter[s]) if np.isfinite(radius) else None,
+                "largest_diameter": float(bending.largest_diameter[s])
+                if np.isfinite(bending.largest_diameter[s])
+                else None,
             }
         )
     return rows

@@ -9,11 +9,12 @@ import numpy as np
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints, rows_of
-from weavecore.geometry.splines import CurveSamples, mean_curvature, points_at_stations
+from weavecore.geometry.splines import CurveSamples, points_at_stations
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
-_SAMPLES_PER_WINDOW = 8
+_STEP_IN_DIAMETERS = 2.0
+"""Step in which the bending along rods is sampled for splices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,30 +75,27 @@ class RodPlan:
     @cached_property
     def bend(self) -> BendProfile:
         """How much the rods are bent along their length."""
-        window = self.weave.bending.window * self.scale
-        samples = self.axes.samples(window / _SAMPLES_PER_WINDOW)
-        curvature, middle = mean_curvature(samples, self.axes.closed, window)
-        return BendProfile(samples, middle, self.weave.material.least_bend * self.diameter * curvature)
+        samples = self.axes.samples(_STEP_IN_DIAMETERS * self.diameter)
+        return BendProfile(samples, self.weave.material.least_bend * self.diameter * samples.curvatures)
 
 
 @dataclass(frozen=True, eq=False)
 class BendProfile:
-    """Utilisation (n,) in windows with their middles (n,) at stations, in the order of the samples."""
+    """Utilisation (n,) at points along the rods, in the order of the samples."""
 
     samples: CurveSamples
-    middle: Floats
     utilisation: Floats
 
     def greatest(self, rod: int, length: float, low: float, high: float) -> float:
         """The greatest utilisation of a rod between two stations, which may lie beyond the ends of a ring."""
         part = slice(self.samples.offsets[rod], self.samples.offsets[rod + 1])
-        middle = self.middle[part]
+        stations = self.samples.stations[part]
         found = [
             self.utilisation[part][
-                max(np.searchsorted(middle, low + lap) - 1, 0) : np.searchsorted(middle, high + lap) + 1
+                max(np.searchsorted(stations, low + lap) - 1, 0) : np.searchsorted(stations, high + lap) + 1
             ]
             for lap in (-length, 0.0, length)
-            if low + lap <= middle[-1] and high + lap >= middle[0]
+            if low + lap <= stations[-1] and high + lap >= stations[0]
         ]
         return float(max((one.max(initial=0.0) for one in found), default=0.0))
 
@@ -109,7 +107,7 @@ class BendProfile:
 def plan_rods(weave: Weave, scale: float) -> RodPlan:
     """The weave in millimetres, of which there are ``scale`` in one of its units."""
     axes = weave.axes
-    lengths = ("points", "parameters", "ends", "knots", "controls", "stations", "lengths", "layer_offsets")
+    lengths = ("points", "parameters", "ends", "knots", "controls", "stations", "lengths", "layer_offsets", "overhangs")
     # Derivatives by a parameter that is a length have no unit.
     in_mm = replace(axes, **{name: getattr(axes, name) * scale for name in lengths})
     return RodPlan(weave, scale, in_mm, weave.lattice.nodes * scale)

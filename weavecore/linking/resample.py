@@ -10,9 +10,12 @@ from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.linking.patterns import Pattern
+from weavecore.linking.ring_counts import choose_counts
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
 
@@ -41,12 +44,38 @@ def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern, is_t
     step = 2 if pattern.in_pairs else 1
     least = 1 + step * is_tongue
     edges[is_open] = np.maximum(np.rint((ideal - 1.0) / step).astype(np.int64) * step + 1, least)[is_open]
-    if pattern.count_slack > 1.0:
-        for parent, child in ring_pairs(latitudes):
-            if max(edges[parent] / ideal[child], ideal[child] / edges[parent]) <= pattern.count_slack:
-                edges[child] = edges[parent]
+    pairs = np.array(ring_pairs(latitudes), np.int64).reshape(-1, 2)
+    branches = _are_at_branches(latitudes)
+    for members in _trees(len(latitudes), pairs):
+        open_tree = bool(is_open[members[0]])
+        chosen = choose_counts(
+            np.maximum(ideal[members], fewest),
+            latitudes.generation[members],
+            np.searchsorted(members, pairs[np.isin(pairs[:, 1], members)]),
+            branches[members],
+            step=step if open_tree else pattern.count_step,
+            odd=int(open_tree and step == 2),
+            slack=pattern.count_slack,
+        )
+        edges[members] = np.maximum(chosen, least[members] if open_tree else fewest)
     counts: Ints = edges + is_open
     return counts
+
+
+def _are_at_branches(latitudes: Latitudes) -> Bools:
+    """(P,) whether a polyline lies at a band with three sides or more."""
+    bands = latitudes.bands
+    sides = np.diff(bands.offsets)
+    found = np.zeros(len(latitudes), bool)
+    found[bands.polyline[(sides > 2)[rows_of(bands.offsets)]]] = True
+    return found
+
+
+def _trees(n: int, pairs: Ints) -> list[Ints]:
+    """The polylines that hang together by pairs, two at least, each rising."""
+    graph = coo_matrix((np.ones(len(pairs), np.int8), pairs.T), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    return [members for members in (np.flatnonzero(label == k) for k in np.unique(label[pairs[:, 0]]))]
 
 
 def ring_pairs(latitudes: Latitudes) -> list[tuple[int, int]]:

@@ -14,25 +14,21 @@ from weavecore.geometry.arrays import Floats, Ints, frozen
 class Bending:
     """The sharpest bend of every rod, in the model's unit.
 
-    The radius is the mean one over a window of arc length: at a single point it would tell
-    of noise more than of the rod.
+    The radius is that of the axis at one point.
 
     Parameters
     ----------
-    window : float
-        Arc length that the curvature is taken over.
     min_radius : (S,) float64
         Infinite for a straight rod.
     station_at_min : (S,) float64
         Arc length from the start of the strand to the middle of the sharpest bend.
     point_at_min : (S, 3) float64
     utilisation : (S,) float64
-        Least admissible radius over least radius; above 1 the rod is bent too sharply.
+        Bending stress over allowable stress: least allowed radius over least radius.
     largest_diameter : (S,) float64
-        The thickest rod that would bear the same bend.
+        The thickest rod that passes in its place, its larger shifts at the ties included; infinite where any passes.
     """
 
-    window: float
     min_radius: Floats
     station_at_min: Floats
     point_at_min: Floats

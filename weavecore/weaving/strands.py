@@ -18,9 +18,10 @@ from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
+from weavecore.weaving.rod_ends import lengthen_short_rods
 
-MOST_BEND = np.radians(75.0)
-"""A rod that would bend more than this at one node ends there; rings always close."""
+MOST_TURN = np.radians(45.0)
+"""A rod that would turn more than this at one node ends there, rings too: two rods cross and run past."""
 
 _NONE = ALONE
 
@@ -109,11 +110,13 @@ def _followers(lattice: Lattice) -> Ints:
     straight, on_border = find_straight(lattice)
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.
-    is_free = (bend <= MOST_BEND) | (family[one] == LATITUDINAL)
-    allowed = is_free & (is_straight | ~on_border[tail[one]])
+    allowed = (bend <= MOST_TURN) & (is_straight | ~on_border[tail[one]])
     # What goes straight across comes before all else.
     cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
     partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
+    # At a crossing nothing is exchanged: only edges that may go on to several others are.
+    open_ways = allowed & (family[one] != LATITUDINAL) & (straight[one] == NONE) & (straight[other] == NONE)
+    partner = lengthen_short_rods(partner, tail, one[open_ways], other[open_ways], bend[open_ways])
     # A dart arrives where its reverse leaves.
     arrival = np.arange(len(tail)) ^ 1
     follower: Ints = partner[arrival]
