@@ -15,7 +15,7 @@ from weavecore.fabricating.marks import OVER, UNDER, Mark, Ties, joint_name, siz
 from weavecore.fabricating.nesting import Bar
 from weavecore.fabricating.plan import SLEEVE, RodPlan, Workshop
 from weavecore.geometry.arrays import Floats, Ints, rows_of
-from weavecore.geometry.splines import cubic_points, sample_curves, span_ends
+from weavecore.geometry.splines import cubic_points, span_ends
 from weavecore.model import FAMILIES, BuildSequence, Weave
 from weavecore.version import installed_version
 
@@ -187,32 +187,32 @@ class AxisPoints:
 def sample_axes(plan: RodPlan) -> AxisPoints:
     """Sample all axes; the visits are among the points."""
     axes = plan.axes
-    samples = sample_curves(
-        axes.points, axes.derivatives, axes.parameters, axes.offsets, axes.closed, axes.ends, step=_steps(plan)
-    )
+    samples = axes.samples(_steps(plan))
     rod = rows_of(samples.offsets)
-    given = np.flatnonzero(samples.is_given)
-    # All rods end to end, each a gap after the one before, make one rising row to interpolate in.
+    visits = np.flatnonzero(samples.is_given)
+    # The visits keep the stations that the marks have, to the last bit.
+    stations = samples.stations.copy()
+    stations[visits] = axes.stations
+    ends = samples.offsets[1:] - 1
+    stations[ends] = axes.lengths
+    # Layers: from visit to visit, level beyond the outermost ones and back to the first around a ring.
+    known = np.concatenate([visits, samples.offsets[:-1], ends])
+    first, last = axes.offsets[:-1], axes.offsets[1:] - 1
+    last = np.where(axes.closed, first, last)
+    layers = axes.layer_offsets[np.concatenate([np.arange(len(visits)), first, last])]
+    order = np.argsort(known, kind="stable")
     base = np.concatenate([[0.0], np.cumsum(axes.lengths + 1.0)])[:-1]
-    is_end = samples.offsets[1:][axes.closed] - 1
-    known = np.sort(np.concatenate([given, is_end]))
-    visit = np.searchsorted(given, known)
-    visit[np.searchsorted(known, is_end)] = axes.offsets[:-1][axes.closed]
-    station = axes.stations[visit]
-    station[np.searchsorted(known, is_end)] = axes.lengths[axes.closed]
-    place = base[rod] + samples.stations
-    # The visits keep the stations that the marks have, to the last bit; those between follow.
-    told = np.interp(place, place[known], base[rod[known]] + station) - base[rod]
-    told[known] = station
-    heights = np.interp(place, place[known], axes.layer_offsets[visit])
-    return AxisPoints(rod, told, samples.points, heights)
+    place = base[rod] + stations
+    heights = np.interp(place, place[known[order]], layers[order])
+    return AxisPoints(rod, stations, samples.points, heights)
 
 
 def _steps(plan: RodPlan) -> Floats:
     """(…,) for every cubic how far apart its points may be."""
     axes = plan.axes
-    start, stop, width = span_ends(axes.parameters, axes.offsets, axes.closed, axes.ends)
-    ends = (axes.points[start], axes.points[stop], axes.derivatives[start], axes.derivatives[stop])
+    rows = axes.rows
+    start, stop, width = span_ends(rows.parameters, rows.offsets, axes.closed, rows.ends)
+    ends = (rows.points[start], rows.points[stop], rows.derivatives[start], rows.derivatives[stop])
     slopes = [cubic_points(*ends, width, np.full(len(start), t))[1] for t in np.linspace(0, 1, _PROBES)]
     unit = [slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny) for slope in slopes]
     turn = np.max([np.linalg.norm(b - a, axis=1) for a, b in zip(unit, unit[1:])], axis=0)

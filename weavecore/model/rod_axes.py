@@ -19,7 +19,7 @@ from typing import Union
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, frozen, offsets_of, rows_of
-from weavecore.geometry.splines import CurveSamples, sample_curves
+from weavecore.geometry.splines import CurveSamples, SplineRows, sample_curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,3 +167,19 @@ def with_tips(
         slopes[tip] = derivatives[visit]
         at[tip] = parameters[visit] + way * reach
     return CurveRows(places, slopes, at, row_offsets, ends, visits)
+
+
+def tip_parameters(rows: SplineRows, offsets: Ints, overhangs: Floats) -> tuple[Floats, Floats]:
+    """Parameters (M,) of the visits and (S,) of the ends, when the splines begin and end at tips; see `RodAxes`.
+
+    Parameters
+    ----------
+    rows : SplineRows
+        Between the outermost visits.
+    offsets : (S+1,) int64
+    overhangs : (S, 2) float64
+    """
+    outermost = np.stack([offsets[:-1], offsets[1:] - 1], axis=1)
+    speed = np.linalg.norm(rows.derivatives[outermost], axis=2)
+    reach = overhangs / np.maximum(speed, np.finfo(float).tiny)
+    return rows.parameters + reach[rows_of(offsets), 0], rows.ends + reach.sum(axis=1)

@@ -14,7 +14,7 @@ from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
-from weavecore.model.rod_axes import RodAxes, with_tips
+from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
 from weavecore.model.strands import Strands
 from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
@@ -31,8 +31,6 @@ _ENOUGH = 0.005
 
 OVERHANG_DIAMETERS = 10.0
 """A cable tie within five diameters of the end of a rod slips off; twice that leaves room to trim."""
-
-_TINY = float(np.finfo(float).tiny)
 
 _STEP = 0.25
 """Arc length is summed in steps of this part of an edge."""
@@ -94,9 +92,7 @@ def _as_axes(
     lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats, overhang: float
 ) -> RodAxes:
     overhangs = np.where(strands.closed, 0.0, overhang)[:, None] * np.ones(2)
-    lead = overhangs[:, 0] / np.maximum(np.linalg.norm(rows.derivatives[strands.offsets[:-1]], axis=1), _TINY)
-    tail = overhangs[:, 1] / np.maximum(np.linalg.norm(rows.derivatives[strands.offsets[1:] - 1], axis=1), _TINY)
-    parameters, ends = rows.parameters + lead[rows_of(strands.offsets)], rows.ends + lead + tail
+    parameters, ends = tip_parameters(rows, strands.offsets, overhangs)
     tipped = with_tips(points, rows.derivatives, parameters, strands.offsets, strands.closed, ends, overhangs)
     curves = SplineRows(tipped.derivatives, tipped.parameters, ends)
     drawn = as_b_splines(curves, tipped.points, tipped.offsets, strands.closed)

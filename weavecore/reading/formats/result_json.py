@@ -35,6 +35,7 @@ from weavecore.model import (
     SurfaceMesh,
     Weave,
 )
+from weavecore.model.rod_axes import tip_parameters
 
 FORMAT, VERSION = "weavecore", 1
 
@@ -263,7 +264,7 @@ def take_weave(document: ResultPart, lattice: Lattice) -> Weave:
         joints=_joints(document, strands, places, lattice.n_nodes),
         axes=_axes(rows, strands, lattice.nodes, normals),
         normals=normals,
-        bending=_bending(rows, part),
+        bending=_bending(rows),
         rod_diameter=part.number("rod_diameter", least=_TINY),
         material=_material(part.part("material")),
         over_under=part.text("over_under"),
@@ -310,7 +311,8 @@ def _joints(document: ResultPart, strands: Strands, places: dict[str, int], n_no
 def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floats) -> RodAxes:
     """The axes; what stands in the file once is not there twice: points and derivatives follow from the rest."""
     counts = np.diff(strands.offsets).tolist()
-    knots, controls = _bsplines(rows, counts, strands)
+    overhangs = _overhangs(rows, strands)
+    knots, controls = _bsplines(rows, counts, strands, overhangs)
     layer_offsets = _joined([row.floats("layer_offsets", (n,)) for row, n in zip(rows, counts)])
     stations = _joined([row.floats("stations", (n,)) for row, n in zip(rows, counts)])
     lengths = np.array([row.number("axis_length", least=_TINY) for row in rows], np.float64)
@@ -321,18 +323,20 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
     points = nodes[strands.nodes] + layer_offsets[:, None] * normals[strands.nodes]
     room = _FROM_NODE * float(np.linalg.norm(np.ptp(nodes, axis=0)))
     fitted = fit_splines(points, strands.offsets, strands.closed)
+    parameters, ends = tip_parameters(fitted, strands.offsets, overhangs)
     for s, row in enumerate(rows):
         part = slice(strands.offsets[s], strands.offsets[s + 1])
         spline: Any = BSpline(knots[s], controls[s], DEGREE)
-        if not np.abs(spline(fitted.parameters[part]) - points[part]).max() <= room:
+        if not np.abs(spline(parameters[part]) - points[part]).max() <= room:
             raise damaged_result(f"{row.where}.axis does not pass through the places of its strand")
     return RodAxes(
         offsets=strands.offsets,
         closed=strands.closed,
         points=points,
         derivatives=fitted.derivatives,
-        parameters=fitted.parameters,
-        ends=fitted.ends,
+        parameters=parameters,
+        ends=ends,
+        overhangs=overhangs,
         knot_offsets=offsets_of([len(one) for one in knots]),
         knots=_joined(knots),
         control_offsets=offsets_of([len(one) for one in controls]),
@@ -343,12 +347,23 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
     )
 
 
-def _bsplines(rows: list[ResultPart], counts: list[int], strands: Strands) -> tuple[list[Floats], list[Floats]]:
+def _overhangs(rows: list[ResultPart], strands: Strands) -> Floats:
+    """(S, 2) how far each rod runs on beyond its first and its last visit."""
+    overhangs = np.array([row.floats("overhangs", (2,)) for row in rows], np.float64).reshape(-1, 2)
+    if (overhangs < 0).any() or overhangs[strands.closed].any():
+        raise damaged_result("The overhangs of a strand are negative, or it is closed and has overhangs")
+    return overhangs
+
+
+def _bsplines(
+    rows: list[ResultPart], counts: list[int], strands: Strands, overhangs: Floats
+) -> tuple[list[Floats], list[Floats]]:
     """Knots and control points of every strand, of which there are as many as its visits ask for."""
     knots, controls = [], []
-    for row, n, is_closed in zip(rows, counts, strands.closed.tolist()):
+    n_tips = (overhangs > 0).sum(axis=1).tolist()
+    for row, n, is_closed, tips in zip(rows, counts, strands.closed.tolist(), n_tips):
         axis = row.part("axis")
-        spans = n if is_closed else n - 1
+        spans = n if is_closed else n - 1 + tips
         if axis.number("degree") != DEGREE:
             raise damaged_result(f"{axis.where} is not of degree {DEGREE}")
         found = axis.floats("knots", (spans + 1 + 2 * DEGREE,))
@@ -359,13 +374,12 @@ def _bsplines(rows: list[ResultPart], counts: list[int], strands: Strands) -> tu
     return knots, controls
 
 
-def _bending(rows: list[ResultPart], part: ResultPart) -> Bending:
+def _bending(rows: list[ResultPart]) -> Bending:
     def or_infinite(row: ResultPart, key: str) -> float:
         value = row.number_or_none(key)
         return np.inf if value is None else value
 
     return Bending(
-        window=part.number("bending_window", least=_TINY),
         min_radius=np.array([or_infinite(row, "min_radius") for row in rows]),
         station_at_min=np.array([row.number("station_at_min") for row in rows]),
         point_at_min=np.array([row.floats("point_at_min", (3,)) for row in rows]),
