@@ -9,9 +9,15 @@ from typing import Any, Callable, Optional, Union
 from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
-from weavecore.fabricating.fabricate import NAMES, Fabrication, check_libraries, describe_fabrication, fabricate_weave
+from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.plan import Workshop
-from weavecore.fabricating.tables import Source
+from weavecore.fabricating.workshop_folder import (
+    NAMES,
+    Fabrication,
+    check_libraries,
+    describe_fabrication,
+    fabricate_weave,
+)
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
@@ -303,7 +309,7 @@ def fabricate(
     Returns
     -------
     Fabrication
-        The files, and what was found when they were checked.
+        The files, and the results of their checks.
 
     Raises
     ------
@@ -330,7 +336,7 @@ def fabricate(
     stated = {"weavecore": source.version, "input_sha256": source.sha256}
     files = {**made.files, WOVEN: encode(weave, WOVEN, parameters=stated)}
     write_folder(folder, files, names=names, overwrite=overwrite)
-    return Fabrication(files, made.findings)
+    return Fabrication(files, made.checks)
 
 
 def describe(value: StageValue) -> list[tuple[str, str]]:

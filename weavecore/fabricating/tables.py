@@ -1,26 +1,89 @@
-"""The tables of the folder, from the plan, the pieces and the marks."""
+"""The tables of the workshop folder: what a row is, and its columns, see docs/fabrication.md.
+
+Points along the axes are so near each other that the straight line between two stays within `_SAG` of the curve: a
+chord of length s on a curve of curvature κ departs from it by κ s² / 8, so the step of each cubic is √(8 · sag / κ).
+"""
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 
 import numpy as np
 
-from weavecore.fabricating.cut import Piece, Splice, stagger
-from weavecore.fabricating.marks import OVER, UNDER, Mark, Ties, joint_name, size_of_tie
+from weavecore.fabricating.csv_tables import Table, listed, mm, number, yes_no
+from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
 from weavecore.fabricating.nesting import Bar
-from weavecore.fabricating.plan import SLEEVE, RodPlan, Workshop
+from weavecore.fabricating.plan import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, RodPlan, Workshop
+from weavecore.fabricating.splices import Piece, Splice, stagger
+from weavecore.fabricating.ties import Ties, size_of_tie
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.splines import cubic_points, span_ends
-from weavecore.model import FAMILIES, BuildSequence, Weave
-from weavecore.version import installed_version
+from weavecore.model import FAMILIES, BuildSequence
+
+_SAG = 0.02
+"""How far an axis may depart from the straight line between two points of axes.csv, in millimetres: a fifth of the
+tolerance that lengths are checked with."""
+
+_LONGEST_STEP = 50.0
+"""Points of an axis are at most so many millimetres apart, also where it is straight."""
+
+AXIS_DIGITS = 6
+"""Points of the axes are written to a nanometre: their curvature is measured again from three points in a row, which
+lie a few millimetres apart, and a micrometre would move a radius of 100 mm by percents."""
+
+_PROBES = 5
+"""Directions of each cubic that its curvature is estimated from."""
 
 
-def rods_table(plan: RodPlan) -> Table:
+@dataclass(frozen=True)
+class CutList:
+    """Everything that is cut and tied, as the tables list it.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    splices : sequence of Splice
+    bars : sequence of Bar
+    marks : sequence of Mark
+    ties : Ties
+    """
+
+    pieces: Sequence[Piece]
+    splices: Sequence[Splice]
+    bars: Sequence[Bar]
+    marks: Sequence[Mark]
+    ties: Ties
+
+
+def build_tables(plan: RodPlan, workshop: Workshop, cut_list: CutList, sequence: BuildSequence) -> list[Table]:
+    """Build all tables of the folder but the report.
+
+    Parameters
+    ----------
+    plan : RodPlan
+    workshop : Workshop
+    cut_list : CutList
+    sequence : BuildSequence
+
+    Returns
+    -------
+    list of Table
+    """
+    return [
+        _rods_table(plan),
+        _pieces_table(plan, cut_list),
+        _splices_table(plan, cut_list.splices),
+        _nesting_table(cut_list.bars),
+        _marks_table(plan, cut_list.marks),
+        _joints_table(plan, cut_list.ties),
+        _axes_table(plan),
+        _sequence_table(plan, sequence),
+        _bom_table(plan, workshop, cut_list),
+    ]
+
+
+def _rods_table(plan: RodPlan) -> Table:
     """One row a rod."""
     weave, axes = plan.weave, plan.axes
     bending = weave.bending
@@ -47,9 +110,9 @@ def rods_table(plan: RodPlan) -> Table:
     return Table("rods", columns.split(","), rows)
 
 
-def pieces_table(plan: RodPlan, pieces: Sequence[Piece], bars: Sequence[Bar]) -> Table:
+def _pieces_table(plan: RodPlan, cut_list: CutList) -> Table:
     """One row a piece."""
-    stock = {piece.id: bar.id for bar in bars for piece in bar.pieces}
+    stock = {piece.id: bar.id for bar in cut_list.bars for piece in bar.pieces}
     columns = "piece_id,rod_id,seq,from,to,cut_length,splice_start,splice_end,stock_id"
     rows = [
         (
@@ -63,12 +126,12 @@ def pieces_table(plan: RodPlan, pieces: Sequence[Piece], bars: Sequence[Bar]) ->
             piece.splice_end.id if piece.splice_end else "",
             stock[piece.id],
         )
-        for piece in pieces
+        for piece in cut_list.pieces
     ]
     return Table("pieces", columns.split(","), rows)
 
 
-def splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
+def _splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
     """One row a splice."""
     columns = "splice_id,rod_id,kind,from,to,length,n_crossings,utilisation,nearest_splice,wanted_apart"
     rows = [
@@ -89,13 +152,13 @@ def splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
     return Table("splices", columns.split(","), rows)
 
 
-def nesting_table(bars: Sequence[Bar]) -> Table:
+def _nesting_table(bars: Sequence[Bar]) -> Table:
     """One row a bar."""
     rows = [(bar.id, listed(piece.id for piece in bar.pieces), mm(bar.used), mm(bar.offcut)) for bar in bars]
     return Table("nesting", ("stock_id", "pieces", "used", "offcut"), rows)
 
 
-def marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
+def _marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
     """One row for each other rod at each mark; one without another rod where a piece passes a node alone."""
     columns = "piece_id,no,station,other_rod,other_station,joint_id,over_under,side,from_start,rod_id"
     rows: list[tuple[object, ...]] = []
@@ -110,7 +173,7 @@ def marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
     return Table("marks", columns.split(","), rows)
 
 
-def joints_table(plan: RodPlan, ties: Ties) -> Table:
+def _joints_table(plan: RodPlan, ties: Ties) -> Table:
     """One row a joint."""
     weave, joints = plan.weave, plan.weave.joints
     conflicts: dict[int, list[str]] = {}
@@ -137,20 +200,20 @@ def joints_table(plan: RodPlan, ties: Ties) -> Table:
     return Table("joints", columns.split(","), rows)
 
 
-def axes_table(plan: RodPlan) -> Table:
+def _axes_table(plan: RodPlan) -> Table:
     """Points along every axis, those at nodes among them."""
-    points = sample_axes(plan)
+    points = _sample_axes(plan)
     rows = [
-        (plan.ids[rod], mm(station), mm(x), mm(y), mm(z), number(offset, 4))
+        (plan.ids[rod], mm(station), *(number(v, AXIS_DIGITS) for v in (x, y, z)), number(offset, 4))
         for rod, station, (x, y, z), offset in zip(
-            points.rod.tolist(), points.station.tolist(), points.point.tolist(), points.layer_offset.tolist()
+            points.rod.tolist(), points.stations.tolist(), points.points.tolist(), points.layer_offsets.tolist()
         )
     ]
     return Table("axes", ("rod_id", "station", "x", "y", "z", "layer_offset"), rows)
 
 
-def sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
-    """One row a step; what the others bind is set, closed or from selvedge to selvedge."""
+def _sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
+    """One row a step: rings, and rods that run between free borders as rings do, are set; the others are woven in."""
     joints = plan.weave.joints
     rows = []
     for k, (rod, is_ring) in enumerate(zip(sequence.strand.tolist(), sequence.is_ring.tolist())):
@@ -161,30 +224,20 @@ def sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
     return Table("sequence", ("step", "action", "rod", "joints_to_tie", "after"), rows)
 
 
-# ----------------------------------------------------------------------
-# Points along the axes, so near each other that straight lines between them keep within hundredths of a millimetre.
-
-SAG = 0.02
-"""How far an axis may bulge from the straight line between two points, in millimetres."""
-
-_LONGEST = 50.0
-_PROBES = 5
-
-
 @dataclass(frozen=True, eq=False)
-class AxisPoints:
-    """Points along the axes, by rod and station; of a ring the first comes again at the end.
+class _AxisPoints:
+    """Points along the axes (n,), by rod and station; of a ring the first comes again at the end.
 
-    Between nodes ``layer_offset`` goes evenly from that of one to that of the next.
+    Between nodes the layer offset is interpolated linearly.
     """
 
     rod: Ints
-    station: Floats
-    point: Floats
-    layer_offset: Floats
+    stations: Floats
+    points: Floats
+    layer_offsets: Floats
 
 
-def sample_axes(plan: RodPlan) -> AxisPoints:
+def _sample_axes(plan: RodPlan) -> _AxisPoints:
     """Sample all axes; the visits are among the points."""
     axes = plan.axes
     samples = axes.samples(_steps(plan))
@@ -195,20 +248,19 @@ def sample_axes(plan: RodPlan) -> AxisPoints:
     stations[visits] = axes.stations
     ends = samples.offsets[1:] - 1
     stations[ends] = axes.lengths
-    # Layers: from visit to visit, level beyond the outermost ones and back to the first around a ring.
+    # Layers: from visit to visit, level beyond the outermost ones, and back to the first around a ring.
     known = np.concatenate([visits, samples.offsets[:-1], ends])
     first, last = axes.offsets[:-1], axes.offsets[1:] - 1
-    last = np.where(axes.closed, first, last)
-    layers = axes.layer_offsets[np.concatenate([np.arange(len(visits)), first, last])]
+    layers = axes.layer_offsets[np.concatenate([np.arange(len(visits)), first, np.where(axes.closed, first, last)])]
     order = np.argsort(known, kind="stable")
     base = np.concatenate([[0.0], np.cumsum(axes.lengths + 1.0)])[:-1]
     place = base[rod] + stations
     heights = np.interp(place, place[known[order]], layers[order])
-    return AxisPoints(rod, stations, samples.points, heights)
+    return _AxisPoints(rod, stations, samples.points, heights)
 
 
 def _steps(plan: RodPlan) -> Floats:
-    """(…,) for every cubic how far apart its points may be."""
+    """(n,) for each cubic of `span_ends`, how far apart its points may be."""
     axes = plan.axes
     rows = axes.rows
     start, stop, width = span_ends(rows.parameters, rows.offsets, axes.closed, rows.ends)
@@ -217,32 +269,15 @@ def _steps(plan: RodPlan) -> Floats:
     unit = [slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny) for slope in slopes]
     turn = np.max([np.linalg.norm(b - a, axis=1) for a, b in zip(unit, unit[1:])], axis=0)
     curvature = turn * (_PROBES - 1) / width
-    steps: Floats = np.sqrt(8 * SAG / np.maximum(curvature, 8 * SAG / _LONGEST**2))
+    steps: Floats = np.sqrt(8 * _SAG / np.maximum(curvature, 8 * _SAG / _LONGEST_STEP**2))
     return steps
 
 
-# ----------------------------------------------------------------------
-# The bill of materials.
-
-LABELS_PER_PIECE = 2
-
-
-def kilograms_per_mm(diameter: float, density: float) -> float:
-    """Mass of a round rod by its length; not a number where the density is not known."""
-    return np.pi / 4 * diameter**2 * density * 1e-9 if density > 0 else float("nan")
-
-
-def bom_table(
-    plan: RodPlan,
-    workshop: Workshop,
-    pieces: Sequence[Piece],
-    splices: Sequence[Splice],
-    bars: Sequence[Bar],
-    ties: Ties,
-) -> Table:
+def _bom_table(plan: RodPlan, workshop: Workshop, cut_list: CutList) -> Table:
     """What to buy: one row, as all rods are of one material and diameter."""
+    pieces, bars, ties = cut_list.pieces, cut_list.bars, cut_list.ties
     material = plan.weave.material
-    per_mm = kilograms_per_mm(plan.diameter, material.density)
+    per_mm = _kilograms_per_mm(plan.diameter, material.density)
     cut = sum(piece.cut_length for piece in pieces)
     longest = float(ties.length.max(initial=0.0))
     columns = (
@@ -260,7 +295,7 @@ def bom_table(
         mm(cut),
         number(len(bars) * workshop.stock * per_mm, 4),
         mm(size_of_tie(longest)) if longest else "",
-        len(splices) if is_sleeve else 0,
+        len(cut_list.splices) if is_sleeve else 0,
         mm(workshop.sleeve_length(plan.diameter)) if is_sleeve else "",
         LABELS_PER_PIECE * len(pieces),
         number(material.density, 1),
@@ -269,91 +304,6 @@ def bom_table(
     return Table("bom", columns.split(","), [row])
 
 
-# ----------------------------------------------------------------------
-# `Table`: rows of texts under names of columns, as CSV files hold them.
-#
-# The first line of every file begins with ``#`` and states weavecore's version, the unit, the weave and a hash of the
-# input; the second has the names of the columns.  Fields are parted by commas, numbers have a decimal point,
-# several names in one field are parted by blanks.
-
-
-@dataclass(frozen=True)
-class Source:
-    """What every file of the folder states.
-
-    Parameters
-    ----------
-    version : str
-        Of weavecore.
-    sha256 : str
-        Of the JSON result that the folder was made from.
-    weave : str
-        How rods go over and under.
-    pattern : str
-    """
-
-    version: str
-    sha256: str
-    weave: str
-    pattern: str
-
-    @classmethod
-    def of(cls, weave: Weave, content: bytes) -> Source:
-        """The statement on a weave that was read from, or would be written as, a file with this content."""
-        return cls(installed_version(), sha256(content).hexdigest(), weave.over_under, weave.lattice.pattern)
-
-    def line(self, name: str) -> str:
-        """The statement of one file."""
-        return (
-            f"weavecore {self.version}; table {name}; unit mm; weave {self.weave}; pattern {self.pattern}; "
-            f"input sha256 {self.sha256}"
-        )
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table.
-
-    Parameters
-    ----------
-    name : str
-        Of the file, without ending.
-    columns : sequence of str
-    rows : sequence of sequences
-    """
-
-    name: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[object]]
-
-    def encode(self, source: Source) -> bytes:
-        """The bytes of the CSV file."""
-        stream = io.StringIO()
-        stream.write(f"# {source.line(self.name)}\n")
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(self.rows)
-        return stream.getvalue().encode()
-
-
-def mm(length: float) -> str:
-    """A length to a micrometre."""
-    return number(length, 3)
-
-
-def number(value: float, digits: int) -> str:
-    """A number with so many digits after the point; nothing where it is not finite; 0 has no sign."""
-    if not abs(value) < float("inf"):
-        return ""
-    text = f"{value:.{digits}f}"
-    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
-
-
-def listed(names: Iterable[object]) -> str:
-    """Several names in one field."""
-    return " ".join(map(str, names))
-
-
-def yes_no(value: bool) -> str:
-    """A truth in a field."""
-    return "yes" if value else "no"
+def _kilograms_per_mm(diameter: float, density: float) -> float:
+    """Mass of a round rod by its length; NaN where the density is not known."""
+    return np.pi / 4 * diameter**2 * density * KG_PER_MM3 if density > 0 else float("nan")

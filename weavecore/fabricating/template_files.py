@@ -1,26 +1,63 @@
-"""Drawings as DXF R2010 in millimetres, by ezdxf."""
+"""Drawings as DXF (by ezdxf), SVG and PDF (by reportlab), all 1:1 in millimetres and free of dates.
+
+DXF has x right and y up as the drawings do; SVG has y down, so y is replaced by height - y; PDF has points, so
+pages are scaled by 72 / 25.4.
+"""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 from xml.sax.saxutils import escape
 
-from weavecore.fabricating.optional_libraries import need
-from weavecore.fabricating.templates import LAYERS, LEFT, MIDDLE, RIGHT, Drawing, Line, Text
+from weavecore.errors import Unsupported
+from weavecore.fabricating.templates import LAYERS, LEFT, MIDDLE, RIGHT, DrawnLine, DrawnText, TemplateDrawing
 
 _MILLIMETRES = 4
+"""$INSUNITS of DXF."""
+
+_METRIC = 1
+"""$MEASUREMENT of DXF: line types and hatches in metric units."""
+
 _BLACK_OR_WHITE = 7
-"""The colour that is black on a white screen and white on a black one."""
+"""The colour index that is black on a white background and white on a black one."""
 
-_HATCH_OF_A_MILLIMETRE = 100
+_LINE_WEIGHTS = (9, 13, 18, 25, 35, 50)
+"""Those of DXF that the drawings come near, in hundredths of a millimetre."""
+
+_ANCHORS = {LEFT: "start", MIDDLE: "middle", RIGHT: "end"}
+
+_HEIGHT_TO_SIZE = 1.39
+"""Size of a sans-serif type over the height of its capitals: Helvetica's are 0.718 em high."""
+
+_DASHES = (1.5, 1.0)
+"""Dash and gap, in millimetres."""
+
+_POINTS_PER_MM = 72 / 25.4
 
 
-def encode_dxf(drawing: Drawing, statement: str) -> bytes:
-    """The bytes of a DXF file; the drawing lies in the model space, 1:1."""
-    ezdxf = need("ezdxf", "DXF")
+def encode_dxf(drawing: TemplateDrawing, statement: str) -> bytes:
+    """Write a drawing as DXF R2010, 1:1 in millimetres in the model space.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    statement : str
+        Origin of the file, written as a custom property of the document.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    Unsupported
+        Where ezdxf is not installed.
+    """
+    ezdxf = import_optional("ezdxf", "DXF")
     from ezdxf.enums import TextEntityAlignment
 
     alignments = {
@@ -31,7 +68,7 @@ def encode_dxf(drawing: Drawing, statement: str) -> bytes:
     with _without_dates(ezdxf):
         document = ezdxf.new("R2010", setup=["linetypes"])
         document.header["$INSUNITS"] = _MILLIMETRES
-        document.header["$MEASUREMENT"] = 1
+        document.header["$MEASUREMENT"] = _METRIC
         document.header.custom_vars.append("weavecore", statement)
         document.styles.add("SANS", font="arial.ttf")
         for layer, colour in LAYERS.items():
@@ -40,32 +77,40 @@ def encode_dxf(drawing: Drawing, statement: str) -> bytes:
                 entry.rgb = colour
         space = document.modelspace()
         for line in drawing.lines:
-            how = {"layer": line.layer, "lineweight": _line_weight(line.width)}
-            if line.dashed:
-                how["linetype"] = "DASHED"
-            space.add_line((line.x1, line.y1), (line.x2, line.y2), dxfattribs=how)
+            attributes = {"layer": line.layer, "lineweight": _line_weight(line.width)}
+            if line.is_dashed:
+                attributes["linetype"] = "DASHED"
+            space.add_line((line.x1, line.y1), (line.x2, line.y2), dxfattribs=attributes)
         for text in drawing.texts:
             entity = space.add_text(
                 text.text,
                 height=text.height,
-                rotation=90.0 if text.turned else 0.0,
+                rotation=90.0 if text.is_turned else 0.0,
                 dxfattribs={"layer": text.layer, "style": "SANS"},
             )
             entity.set_placement((text.x, text.y), align=alignments[text.anchor])
+        _sort_classes(document)
         stream = io.StringIO()
         document.write(stream)
     return stream.getvalue().encode(document.output_encoding, "dxfreplace")
 
 
 def _line_weight(width: float) -> int:
-    """The nearest of the weights that DXF knows, in hundredths of a millimetre."""
-    return min((9, 13, 18, 25, 35, 50), key=lambda weight: abs(weight - width * _HATCH_OF_A_MILLIMETRE))
+    """The nearest line weight of DXF, in hundredths of a millimetre."""
+    return min(_LINE_WEIGHTS, key=lambda weight: abs(weight - width * 100))
+
+
+def _sort_classes(document: Any) -> None:
+    """Sort the CLASSES section: ezdxf fills it from a set, whose order changes with the hash seed of the process."""
+    classes = document.classes
+    classes.add_required_classes(document.dxfversion)
+    classes.classes = dict(sorted(classes.classes.items()))
 
 
 @contextmanager
 def _without_dates(ezdxf: object) -> Iterator[None]:
-    """Let the file not tell when it was written: the same input gives the same bytes."""
-    options = getattr(ezdxf, "options")  # noqa: B009 - the module is not known where it is not installed.
+    """Leave the date and random ids out of the file, so that the same input gives the same bytes."""
+    options = getattr(ezdxf, "options")  # noqa: B009 - mypy knows the module only where it is installed.
     before = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True
     try:
@@ -74,16 +119,22 @@ def _without_dates(ezdxf: object) -> Iterator[None]:
         options.write_fixed_meta_data_for_testing = before
 
 
-# ----------------------------------------------------------------------
-# Drawings as SVG, 1:1: one unit of it is a millimetre.
+def encode_svg(drawing: TemplateDrawing, width: float, height: float, statement: str) -> bytes:
+    """Write a drawing as SVG, 1:1: one user unit is a millimetre.
 
-_ANCHORS = {LEFT: "start", MIDDLE: "middle", RIGHT: "end"}
-_HEIGHT_TO_SIZE = 1.39
-"""Size of a sans-serif type over the height of its capitals."""
+    Parameters
+    ----------
+    drawing : Drawing
+        With y up; SVG has y down.
+    width, height : float
+        In millimetres.
+    statement : str
+        Origin of the file, written as its title.
 
-
-def encode_svg(drawing: Drawing, width: float, height: float, statement: str) -> bytes:
-    """The bytes of an SVG file of the given size in millimetres; y runs up in the drawing."""
+    Returns
+    -------
+    bytes
+    """
     size = f'width="{width:.3f}mm" height="{height:.3f}mm" viewBox="0 0 {width:.3f} {height:.3f}"'
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>',
@@ -94,24 +145,24 @@ def encode_svg(drawing: Drawing, width: float, height: float, statement: str) ->
     for layer, colour in LAYERS.items():
         rgb = "#{:02x}{:02x}{:02x}".format(*colour)
         parts.append(f'<g id="{layer}" stroke="{rgb}" fill="none">')
-        parts += [_line(one, height) for one in drawing.lines if one.layer == layer]
+        parts += [_svg_line(one, height) for one in drawing.lines if one.layer == layer]
         parts.append(f'</g><g class="{layer}" fill="{rgb}">')
-        parts += [_text(one, height) for one in drawing.texts if one.layer == layer]
+        parts += [_svg_text(one, height) for one in drawing.texts if one.layer == layer]
         parts.append("</g>")
     return "\n".join([*parts, "</svg>\n"]).encode()
 
 
-def _line(one: Line, height: float) -> str:
-    dashes = ' stroke-dasharray="1.5 1"' if one.dashed else ""
+def _svg_line(one: DrawnLine, height: float) -> str:
+    dashes = f' stroke-dasharray="{_DASHES[0]:g} {_DASHES[1]:g}"' if one.is_dashed else ""
     return (
         f'<line x1="{one.x1:.3f}" y1="{height - one.y1:.3f}" x2="{one.x2:.3f}" y2="{height - one.y2:.3f}" '
         f'stroke-width="{one.width:g}"{dashes}/>'
     )
 
 
-def _text(one: Text, height: float) -> str:
+def _svg_text(one: DrawnText, height: float) -> str:
     x, y = f"{one.x:.3f}", f"{height - one.y:.3f}"
-    place = f'transform="translate({x} {y}) rotate(-90)"' if one.turned else f'x="{x}" y="{y}"'
+    place = f'transform="translate({x} {y}) rotate(-90)"' if one.is_turned else f'x="{x}" y="{y}"'
     bold = ' font-weight="bold"' if one.bold else ""
     return (
         f'<text {place} font-size="{one.height * _HEIGHT_TO_SIZE:.2f}" text-anchor="{_ANCHORS[one.anchor]}"{bold}>'
@@ -119,50 +170,89 @@ def _text(one: Text, height: float) -> str:
     )
 
 
-# ----------------------------------------------------------------------
-# Drawings as PDF, 1:1, a page each, by reportlab.
+def encode_pdf(pages: Sequence[TemplateDrawing], width: float, height: float, statement: str) -> bytes:
+    """Write drawings as PDF, 1:1, one a page.
 
-POINTS_PER_MM = 72 / 25.4
+    Parameters
+    ----------
+    pages : sequence of TemplateDrawing
+    width, height : float
+        Of the pages, in millimetres.
+    statement : str
+        Origin of the file, written as its subject.
 
+    Returns
+    -------
+    bytes
 
-def encode_pdf(pages: Sequence[Drawing], width: float, height: float, statement: str) -> bytes:
-    """The bytes of a PDF file with pages of the given size in millimetres."""
-    need("reportlab", "PDF")
+    Raises
+    ------
+    Unsupported
+        Where reportlab is not installed.
+    """
+    import_optional("reportlab", "PDF")
     from reportlab.pdfgen.canvas import Canvas
 
     stream = io.BytesIO()
-    # Invariant: without the date and a random id.
-    canvas: Any = Canvas(stream, pagesize=(width * POINTS_PER_MM, height * POINTS_PER_MM), invariant=1)
+    # Invariant: without a date and a random id.
+    canvas: Any = Canvas(stream, pagesize=(width * _POINTS_PER_MM, height * _POINTS_PER_MM), invariant=1)
     canvas.setTitle("weavecore templates")
     canvas.setSubject(statement)
     canvas.setCreator("weavecore")
-    # Printers are told not to shrink the page to their margins.
+    # Printers should not shrink the page to their margins.
     canvas.setViewerPreference("PrintScaling", "None")
     for page in pages:
-        canvas.scale(POINTS_PER_MM, POINTS_PER_MM)
+        canvas.scale(_POINTS_PER_MM, _POINTS_PER_MM)
         for line in page.lines:
-            _draw_line(canvas, line)
+            _pdf_line(canvas, line)
         for text in page.texts:
-            _draw_text(canvas, text)
+            _pdf_text(canvas, text)
         canvas.showPage()
     canvas.save()
     return stream.getvalue()
 
 
-def _draw_line(canvas: Any, line: Line) -> None:
+def _pdf_line(canvas: Any, line: DrawnLine) -> None:
     canvas.setStrokeColorRGB(*(part / 255 for part in LAYERS[line.layer]))
     canvas.setLineWidth(line.width)
-    canvas.setDash([1.5, 1] if line.dashed else [])
+    canvas.setDash(list(_DASHES) if line.is_dashed else [])
     canvas.line(line.x1, line.y1, line.x2, line.y2)
 
 
-def _draw_text(canvas: Any, text: Text) -> None:
+def _pdf_text(canvas: Any, text: DrawnText) -> None:
     canvas.setFillColorRGB(*(part / 255 for part in LAYERS[text.layer]))
     canvas.setFont("Helvetica-Bold" if text.bold else "Helvetica", text.height * _HEIGHT_TO_SIZE)
     canvas.saveState()
     canvas.translate(text.x, text.y)
-    if text.turned:
+    if text.is_turned:
         canvas.rotate(90)
     draw = {MIDDLE: canvas.drawCentredString, RIGHT: canvas.drawRightString}.get(text.anchor, canvas.drawString)
     draw(0, 0, text.text)
     canvas.restoreState()
+
+
+def import_optional(library: str, template: str) -> Any:
+    """Import a library that only some templates need.
+
+    Parameters
+    ----------
+    library : str
+    template : str
+        The kind of template, named in the error.
+
+    Returns
+    -------
+    module
+
+    Raises
+    ------
+    Unsupported
+        Where it is not installed, or not for this version of Python.
+    """
+    try:
+        return import_module(library)
+    except ImportError as error:
+        raise Unsupported(
+            f"{template} templates need {library}, which could not be imported: {str(error).splitlines()[0]}",
+            remedy='Install it with pip install "weavecore[fabricate]", or use --templates svg or --templates none.',
+        ) from None

@@ -132,8 +132,8 @@ def fit_derivatives(values: Floats, offsets: Ints, closed: Bools, chord: Floats)
 def as_b_splines(rows: SplineRows, points: Floats, offsets: Ints, closed: Bools) -> BSplineRows:
     """Knots and control points of the splines in B-spline form.
 
-    The control point that belongs to the knots ``a, b, c`` is the blossom of the cubic there (Ramshaw 1987); with b a point
-    of the row, y, m and s its value and derivatives: ``y + m/3 (a + c - 2 b) + s/6 (a - b) (c - b)``.
+    The control point of the knots ``a, b, c`` is the blossom of the cubic there (Ramshaw 1987); with b a point of
+    the row, y, m and s its value and derivatives, it is ``y + m/3 (a + c - 2 b) + s/6 (a - b) (c - b)``.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ def _trees(n: int, pairs: Ints) -> list[Ints]:
     """The polylines that hang together by pairs, two at least, each rising."""
     graph = coo_matrix((np.ones(len(pairs), np.int8), pairs.T), shape=(n, n))
     _, label = connected_components(graph, directed=False)
-    return [members for members in (np.flatnonzero(label == k) for k in np.unique(label[pairs[:, 0]]))]
+    return [np.flatnonzero(label == k) for k in np.unique(label[pairs[:, 0]])]
 
 
 def ring_pairs(latitudes: Latitudes) -> list[tuple[int, int]]:

@@ -1,17 +1,17 @@
 """How many edges each polyline is divided into: few changes from ring to ring, and those far from the borders.
 
-Where a ring has k edges more or less than its parent, k rods end on each side of the band: a pair of nodes with one edge
-too few and one too many, a dislocation, for each.  Counts that follow the lengths closely change in
-nearly every band, up and down again, and rods that start at a border end after two or three joints.  So the counts n of
-all polylines that follow one another by plain bands are chosen together, such that
+Where a ring has k edges more or less than its parent, k rods end on each side of the band, each pair at a dislocation:
+a node with one edge too few beside one with one too many.  Counts that follow the lengths closely change in
+nearly every band, up and down again, and rods that start at a border end after two or three joints.  So the counts n
+of all polylines that follow one another by plain bands are chosen together, such that
 
     Σ  a · n° (log n/n°)²   +   Σ  b |n_child - n_parent|  +  c [n_child ≠ n_parent]
    rings                       bands
 
-is least, where n° is the count that gives the edge length asked for; n stays within a factor of n°, and b is larger in the
-bands next to a border.  A polyline of a band in which rings split or merge has a term ``b |n - n°|``, for
-there the counts of all sides must go together.  Polylines and plain bands make trees, so the least sum is found by dynamic programming from the last
-generation to the first (Bellman 1957): O(K²) a band for K counts to choose from.
+is least, where n° is the count that gives the edge length asked for; n stays within a factor of n°, and b is larger
+in the bands next to a border.  A polyline of a band in which rings split or merge has a term ``b |n - n°|``, for there
+the counts of all sides must go together.  Polylines and plain bands make trees, so the least sum is found by dynamic
+programming from the last generation to the first (Bellman 1957): O(K²) a band for K counts to choose from.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _BESIDE_BORDER = 4.0
 """In the first bands, where rods from the border would end with fewer than four joints, each end counts so many times."""
 
 _MOST_CHOICES = 256
-"""Counts to choose from for one tree of polylines; where there are more whole numbers they are spaced evenly by ratio."""
+"""Counts to choose from for one tree of polylines; where there are more whole numbers some are left out."""
 
 
 def choose_counts(

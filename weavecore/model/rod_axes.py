@@ -40,7 +40,7 @@ class RodAxes:
     parameters : (M,) float64
         Rising along each strand, from 0 at its start: at the tip of an open one, at the first visit of a closed one.
     ends : (S,) float64
-        Parameter at the end of each strand: at the tip of an open one; of a closed one that at which it is back at its first visit.
+        Parameter at the end of each strand: at the tip of an open one; where a closed one is back at its first visit.
     overhangs : (S, 2) float64
         Arc length from the first visit back to the tip, and from the last visit on to the other tip; 0 of closed ones.
     knot_offsets : (S+1,) int64
@@ -131,7 +131,7 @@ class RodAxes:
 
 @dataclass(frozen=True, eq=False)
 class CurveRows:
-    """Rows of points with derivatives, as `sample_curves` takes them; ``visits`` (M,) are the visits among the points."""
+    """Rows of points with derivatives, as `sample_curves` takes them; ``visits`` (M,) are those of the rods."""
 
     points: Floats
     derivatives: Floats

@@ -3,8 +3,8 @@
 A straight rod of diameter d that is bent to radius R carries the bending stress E·d / (2R); the allowable stress is
 the strength divided by a safety factor, so R must be at least ``E·d / (2 σ/factor)``: `Material.least_bend` diameters.
 
-The curvature is that of the axis, at each point: the axis is the spline through the ties, which is the curve that a thin
-rod takes between them (least bending energy, to first order).  On a span the second derivative is linear,
+The curvature is that of the axis, at each point: the axis is the spline through the ties, which is the curve that a
+thin rod takes between them (least bending energy, to first order).  On a span the second derivative is linear,
 so the curvature is greatest at a tie or near the middle of the span; it is sampled densely enough for both.
 
 A thicker rod undulates more: at each tie the axis is shifted out of the surface by a multiple of the diameter.  The
@@ -24,7 +24,7 @@ from importlib import resources
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.splines import cubic_curvatures, cubic_points, fit_derivatives, span_ends
 from weavecore.model.bending import Bending, Material
 from weavecore.model.rod_axes import RodAxes
@@ -50,7 +50,9 @@ class _Samples:
     t: Floats
 
 
-def measure_bending(axes: RodAxes, normals: Floats, *, rod_diameter: float, material: Material) -> Bending:
+def measure_bending(
+    axes: RodAxes, normals: Floats, *, rod_diameter: float, material: Material
+) -> tuple[Bending, Floats]:
     """Find the sharpest bend of every rod, and how thick it could be.
 
     Parameters
@@ -64,7 +66,9 @@ def measure_bending(axes: RodAxes, normals: Floats, *, rod_diameter: float, mate
 
     Returns
     -------
-    Bending
+    bending : Bending
+    largest : (M,) float64
+        The largest diameter that passes in the half spans on both sides of each visit; infinite where any passes.
     """
     places = _sample_spans(axes)
     hermite = _hermite(places, axes.points, axes.derivatives)
@@ -74,14 +78,15 @@ def measure_bending(axes: RodAxes, normals: Floats, *, rod_diameter: float, mate
     with np.errstate(divide="ignore"):
         radius = 1.0 / curvature[worst]
     point, _ = cubic_points(*(part[worst] for part in hermite), places.width[worst], places.t[worst])
-    station = _stations(axes, places)[worst]
-    return Bending(
+    largest = _largest_diameters(axes, normals, places, rod_diameter, material.least_bend)
+    bending = Bending(
         min_radius=radius,
-        station_at_min=station,
+        station_at_min=_stations(axes, places)[worst],
         point_at_min=point,
         utilisation=material.least_bend * rod_diameter / radius,
-        largest_diameter=_largest_diameters(axes, normals, places, rod_diameter, material.least_bend),
+        largest_diameter=np.minimum.reduceat(largest, axes.offsets[:-1]) if len(axes) else largest,
     )
+    return bending, largest
 
 
 def _sample_spans(axes: RodAxes) -> _Samples:
@@ -112,7 +117,7 @@ def _first_greatest(values: Floats, row: Ints, n_rows: int) -> Ints:
 
 
 def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diameter: float, least_bend: float) -> Floats:
-    """(S,) diameter at which the utilisation of each rod is 1; infinite where any passes."""
+    """(M,) diameter at which the utilisation reaches 1 near each visit; infinite where any passes."""
     shift = axes.layer_offsets[:, None] / diameter * normals
     still = axes.points - diameter * shift
     chord = np.ones(len(still))
@@ -129,14 +134,15 @@ def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diamete
         np.cross(first[0], second[1]) + np.cross(first[1], second[0]),
         np.cross(first[1], second[1]),
     ]
-    low, high = np.full(len(axes), diameter * 1e-3), np.full(len(axes), diameter * 1e3)
+    visit = np.where(places.t < 0.5, places.start, places.stop)
+    low, high = np.full(len(still), diameter * 1e-3), np.full(len(still), diameter * 1e3)
 
-    def passes(trial: Floats) -> np.ndarray:
-        d = trial[places.rod][:, None]
+    def passes(trial: Floats) -> Bools:
+        d = trial[visit][:, None]
         speed = np.linalg.norm(first[0] + d * first[1], axis=1)
         bend = np.linalg.norm(turn[0] + d * (turn[1] + d * turn[2]), axis=1)
-        allowed = np.ones(len(axes), bool)
-        allowed[places.rod[least_bend * d[:, 0] * bend > speed**3]] = False
+        allowed = np.ones(len(still), bool)
+        allowed[visit[least_bend * d[:, 0] * bend > speed**3]] = False
         return allowed
 
     endless = passes(high)

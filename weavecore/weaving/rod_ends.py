@@ -1,9 +1,9 @@
-"""Which rod ends at a node where the number of edges is odd: a long one rather than a short one.
+r"""Which rod ends at a node where the number of edges is odd: a long one rather than a short one.
 
 At a node with an odd number of edges one rod ends whatever is paired with what::
 
-        \\   /              \\   /
-         \\ /                \\ /        the rod from below is short: it goes on to the left, turning a little,
+        \   /              \   /
+         \ /                \ /        the rod from below is short: it goes on to the left, turning a little,
     ------o------        ------o------    and the rod that came from there ends in its place
           |                    |
           |  short             |  goes on

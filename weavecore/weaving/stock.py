@@ -1,8 +1,8 @@
 """Stock diameters: what rods are sold in, and the thickest that a weave can be bent from.
 
-A rod passes up to the diameter at which its sharpest bend uses up the allowable stress (`Bending.largest_diameter`).
-The diameter that is chosen is the thickest of a list with which at least `LEAST_SHARE` of the rods pass; if the
-thinnest of the list passes with fewer, it is the thinnest.
+A rod passes a joint up to the diameter at which its bend there uses up the allowable stress.  The diameter
+that is chosen is the thickest of a list with which rods pass at least `LEAST_SHARE` of their joints; where not even
+the thinnest of the list does, it is the thinnest.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import numpy as np
 from weavecore.geometry.arrays import Floats
 from weavecore.units import METRES, NO_UNIT
 
-LEAST_SHARE = 0.98
-"""Share of the rods that must pass with the chosen diameter: single rods over a sharp feature do not decide for all."""
+LEAST_SHARE = 0.99
+"""Share of the joints at which rods of the chosen diameter can be bent: at the others they are broken."""
 
 _METRES = {"mm": 0.001, "in": 0.0254}
 
@@ -59,14 +59,14 @@ def _table() -> dict[tuple[str, str], tuple[Fraction, ...]]:
 
 
 def choose_diameter(largest: Floats, stock: Sequence[float]) -> float:
-    """The thickest diameter of the stock with which at least `LEAST_SHARE` of the rods pass, else the thinnest.
+    """The thickest diameter of the stock with which rods pass `LEAST_SHARE` of their joints, else the thinnest.
 
     Without a stock it is the largest diameter itself with which that share passes, rounded down to two digits.
 
     Parameters
     ----------
-    largest : (S,) float64
-        The largest diameter that each rod passes with.
+    largest : (M,) float64
+        The largest diameter that passes at each visit of a rod to a joint.
     stock : sequence of float
         Rising, in the same unit; may be empty.
     """

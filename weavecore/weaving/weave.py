@@ -8,7 +8,7 @@ from typing import Callable, Optional, Union
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Floats
+from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model.bending import Bending, Material
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes
@@ -16,6 +16,7 @@ from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
 from weavecore.weaving.axes import lay_axes
 from weavecore.weaving.bending import material_named, measure_bending
+from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clearance import find_clashes
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
@@ -25,8 +26,8 @@ from weavecore.weaving.strands import find_strands
 _SPACING_IN_RODS = 48.0
 """Spacing, or mean edge where that is shorter, over the diameter that the search for a diameter starts from."""
 
-_MOST_TRIALS = 4
-"""The thickest diameter that passes follows from the axes at another diameter to a few percent: two trials are usual."""
+_MOST_BREAK_ROUNDS = 3
+"""A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -70,67 +71,84 @@ def weave_lattice(
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     tell(0.0, "finding the strands")
+    woven = _Woven(lattice, stuff, style)
     strands = find_strands(lattice)
-    lean = find_lean(strands, lattice)
-    tell(0.2, "over and under")
-    order = order_rods(lattice, strands, lean, style)
-    tell(0.4, "bending the rods")
-    woven = _Woven(lattice, strands, order, stuff, style)
-    bent = woven.bend_in_stock() if rod_diameter is None else woven.bend(diameter)
+    tell(0.3, "bending the rods")
+    bent = woven.bend(strands, _first_diameter(lattice) if rod_diameter is None else diameter)
+    if rod_diameter is None:
+        bent = woven.bend_in_stock(bent)
+    tell(0.6, "breaking what cannot be bent")
+    bent = woven.break_rods(bent)
     tell(0.8, "measuring")
     return Weave(
         lattice=lattice,
-        strands=strands,
-        ids=name_strands(strands, lattice, lean),
-        joints=order.joints,
+        strands=bent.strands,
+        ids=name_strands(bent.strands, lattice, bent.lean),
+        joints=bent.order.joints,
         axes=bent.axes,
         normals=bent.normals,
         bending=bent.bending,
         rod_diameter=bent.diameter,
         material=stuff,
         over_under=style.name,
-        conflicts=order.conflicts,
+        conflicts=bent.order.conflicts,
         clashes=find_clashes(bent.axes, bent.diameter),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Bent:
-    """Rods of one diameter in their places."""
+    """Rods of one diameter in their places, and the largest diameter (M,) that passes at each visit."""
 
+    strands: Strands
+    lean: Ints
+    order: Order
     diameter: float
     axes: RodAxes
     normals: Floats
     bending: Bending
+    largest: Floats
 
 
 @dataclass(frozen=True, eq=False)
 class _Woven:
-    """Rods in their order, before they have a diameter."""
+    """What does not depend on the rods' diameter."""
 
     lattice: Lattice
-    strands: Strands
-    order: Order
     material: Material
     style: Style
 
-    def bend(self, diameter: float) -> _Bent:
-        """The axes of rods of this diameter, and how sharply they are bent."""
+    def bend(self, strands: Strands, diameter: float, like: Optional[_Bent] = None) -> _Bent:
+        """Lay rods of a diameter over and under each other and measure how they are bent."""
+        if like is None:
+            lean = find_lean(strands, self.lattice)
+            order = order_rods(self.lattice, strands, lean, self.style)
+        else:
+            lean, order = like.lean, like.order
         axes, normals = lay_axes(
-            self.lattice, self.strands, self.order.joints, diameter, centred_on_rings=self.style.name == STACKED
+            self.lattice, strands, order.joints, diameter, centred_on_rings=self.style.name == STACKED
         )
-        bending = measure_bending(axes, normals[self.strands.nodes], rod_diameter=diameter, material=self.material)
-        return _Bent(diameter, axes, normals, bending)
+        bending, largest = measure_bending(axes, normals[strands.nodes], rod_diameter=diameter, material=self.material)
+        return _Bent(strands, lean, order, diameter, axes, normals, bending, largest)
 
-    def bend_in_stock(self) -> _Bent:
-        """The same in the diameter of the stock that is right for most rods."""
+    def bend_in_stock(self, bent: _Bent) -> _Bent:
+        """The same rods in the stock diameter that is right for nearly all joints."""
         stock = stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
-        bent = self.bend(_first_diameter(self.lattice))
-        for _ in range(_MOST_TRIALS):
-            diameter = choose_diameter(bent.bending.largest_diameter, stock)
-            if diameter == bent.diameter:
+        tried: set[float] = set()
+        while True:
+            diameter = choose_diameter(bent.largest, stock)
+            if diameter == bent.diameter or diameter in tried:
+                return bent
+            tried.add(diameter)
+            bent = self.bend(bent.strands, diameter, like=bent)
+
+    def break_rods(self, bent: _Bent) -> _Bent:
+        """Break rods where they are bent too sharply, as far as no piece gets too short to hold."""
+        for _ in range(_MOST_BREAK_ROUNDS):
+            breaks = find_breaks(bent.strands, bent.largest, bent.diameter)
+            if not breaks.any():
                 break
-            bent = self.bend(diameter)
+            bent = self.bend(break_strands(bent.strands, breaks), bent.diameter)
         return bent
 
 
