@@ -74,11 +74,12 @@ def weave_lattice(
     woven = _Woven(lattice, stuff, style)
     strands = find_strands(lattice)
     tell(0.3, "bending the rods")
-    bent = woven.bend(strands, _first_diameter(lattice) if rod_diameter is None else diameter)
     if rod_diameter is None:
-        bent = woven.bend_in_stock(bent)
-    tell(0.6, "breaking what cannot be bent")
-    bent = woven.break_rods(bent)
+        bent = woven.bend_in_stock(woven.bend(strands, _first_diameter(lattice)))
+        tell(0.6, "breaking what cannot be bent")
+        bent = woven.break_rods(bent)
+    else:
+        bent = woven.bend(strands, diameter)
     tell(0.8, "measuring")
     return Weave(
         lattice=lattice,
