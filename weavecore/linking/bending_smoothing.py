@@ -29,6 +29,7 @@ from scipy.sparse.linalg import cg
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.geometry.closest import FaceFinder
 from weavecore.linking.bending_terms import (
+    BROKEN_TURN,
     Corners,
     RodJoints,
     Term,
@@ -69,7 +70,7 @@ _LONGEST_STEP = 0.15
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-5, 1e4
 _TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
-_ENOUGH = 1e-4
+_ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
 
 _LEAST_EDGE, _MOST_EDGE = 0.5, 1.7
@@ -104,13 +105,19 @@ def smooth_bending(
     Lattice
         Faces, edges and families are the same.  Nodes on borders stay on them, those at corners stay where they are.
     """
-    joints = find_joints(lattice)
-    sites = _find_sites(lattice, is_free=free_rings or lattice.pattern in FREE_ON_SURFACE)
-    if len(joints.node) == 0 or sites.n_unknowns == 0:
+    is_free = free_rings or lattice.pattern in FREE_ON_SURFACE
+    sites = _find_sites(lattice, is_free=is_free)
+    if sites.n_unknowns == 0:
         return lattice
     diameter = _usual_diameter(lattice) if rod_diameter is None else rod_diameter
-    problem = _Problem(lattice, joints, sites, diameter, 1.0 / (admissible_radius * diameter))
-    place = _descend(problem, _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes)))
+    place = _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes))
+    problem = _Problem(lattice, sites, diameter, 1.0 / (admissible_radius * diameter))
+    # On the surface nodes straighten most turns; what turns then as sharply as to be broken holds up no other.
+    for most_turn in (np.pi, BROKEN_TURN) if is_free else (BROKEN_TURN, BROKEN_TURN):
+        joints = find_joints(replace(lattice, nodes=place.nodes), most_turn)
+        if len(joints.node):
+            problem.take(joints)
+            place = _descend(problem, place)
     left = sites.leave
     return replace(
         lattice,
@@ -281,17 +288,21 @@ def _vertex_normals(surface: SurfaceMesh) -> Floats:
 class _Problem:
     """The sum of all terms over the places of the nodes."""
 
-    def __init__(self, lattice: Lattice, joints: RodJoints, sites: _Sites, diameter: float, admissible: float) -> None:
+    def __init__(self, lattice: Lattice, sites: _Sites, diameter: float, admissible: float) -> None:
         self.sites, self.edges = sites, lattice.edges
         self.face_nodes, self.face_offsets = lattice.face_nodes, lattice.face_offsets
-        self._joints, self._corners = joints, corners_of(lattice)
+        self._corners = corners_of(lattice)
         self._rise = diameter * WEAVE_RISE.get(lattice.pattern, 1.0)
         self._admissible = admissible
         length = lattice.edge_lengths
         self.median = np.full(lattice.n_edges, float(np.median(length)))
         self._shortest, self._longest = (np.full(lattice.n_edges, bound) for bound in (SHORTEST, LONGEST))
-        self.weight = np.ones(len(joints.node))
         self.mean = float(length.mean())
+
+    def take(self, joints: RodJoints) -> None:
+        """Reckon with these joints."""
+        self._joints = joints
+        self.weight = np.ones(len(joints.node))
 
     @property
     def corners(self) -> Corners:

@@ -84,8 +84,8 @@ class RodJoints:
     beyond_after: Ints
 
 
-def find_joints(lattice: Lattice) -> RodJoints:
-    """The joints of all rods, without those at which a rod turns so sharply that it counts as broken."""
+def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
+    """The joints of all rods, without those at which a rod turns by more than ``most_turn``: it counts as broken there."""
     partner = pair_darts(lattice)
     one = np.flatnonzero(partner > np.arange(len(partner)))
     other = partner[one]
@@ -93,7 +93,7 @@ def find_joints(lattice: Lattice) -> RodJoints:
     away = lattice.nodes[head] - lattice.nodes[tail]
     back, forth = -away[one], away[other]
     turn = np.arctan2(np.linalg.norm(np.cross(back, forth), axis=1), (back * forth).sum(1))
-    one, other = one[turn <= BROKEN_TURN], other[turn <= BROKEN_TURN]
+    one, other = one[turn <= most_turn], other[turn <= most_turn]
     at_dart = np.full(len(partner), ALONE, np.int64)
     at_dart[one] = at_dart[other] = np.arange(len(one))
     return RodJoints(tail[one], head[one], head[other], one // 2, other // 2, at_dart[one ^ 1], at_dart[other ^ 1])
@@ -366,10 +366,14 @@ def corners_of(lattice: Lattice) -> Corners:
 
 
 def corner_angles(corners: Corners, nodes: Floats, normals: Floats) -> Floats:
-    """Angles (C,) at corners, counter-clockwise about the normal of the surface: below 0 where a face lies inverted."""
+    """Angles (C,) at corners, counter-clockwise about the normal of the surface: below 0 where a face lies inverted.
+
+    They run from -90 to 270 degrees, for a face of many sides may have a corner that points inwards.
+    """
     u, v = nodes[corners.after] - nodes[corners.node], nodes[corners.before] - nodes[corners.node]
-    angles: Floats = np.arctan2((np.cross(u, v) * normals[corners.node]).sum(1), (u * v).sum(1))
-    return angles
+    angles = np.arctan2((np.cross(u, v) * normals[corners.node]).sum(1), (u * v).sum(1))
+    wrapped: Floats = np.where(angles < -np.pi / 2, angles + 2 * np.pi, angles)
+    return wrapped
 
 
 def angle_term(corners: Corners, nodes: Floats, normals: Floats) -> Term:
