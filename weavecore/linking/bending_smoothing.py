@@ -2,19 +2,19 @@
 
 What is made least over the places x of the nodes, on the surface or along the polylines that hold them, is
 
-    Σ cost(κ_j / κ_max)  +  Σ bounds on edge lengths  +  Σ bounds on angles
+    Σ cost(κ_j / κ_max)  +  bounds on edge lengths  +  bounds on angles
 
-where κ_j is the curvature of the C2 spline of a rod at joint j, with going over and under, and κ_max what the rod bears.
-The cost is near zero for what bends easily, grows with the square beyond 0.8 κ_max and in proportion beyond 1.5 κ_max, so
-that places where nothing helps do not hold up all others.  See `bending_terms`.
+with κ_j the curvature of the C2 spline of a rod at joint j, going over and under included, and κ_max what the rod
+bears.  The cost is small below 0.9 κ_max, grows with the square beyond and in proportion beyond 1.5 κ_max, so that a
+place where nothing helps does not hold up all others.  See `bending_terms`.
 
-Levenberg and Marquardt's method with sparse Cholesky-like factors (SuperLU): each node has as many unknowns as ways to go, two
-in the tangent plane of the surface, one along a polyline, none at corners.  A step is taken in space and put back on
-the exact mesh by the closest point.  A step that lowers the sum is kept, but for nodes where it would invert a face, or
-bring an edge or an angle out of its hard bounds.
+A Levenberg-Marquardt method: each node has as many unknowns as ways to go, two in the tangent plane of the surface, one
+along a polyline, none at corners.  The linear systems are sparse and solved roughly, by preconditioned conjugate
+gradients.  A step is taken in space and put back on the exact mesh at the closest point.  A step that lowers the sum is
+kept, but for nodes where it would invert a face, or bring an edge or an angle out of its hard bounds.
 
-Compare Ayres, Martin and Zwierzycki 2018 (relaxed kagome) and Vekhter et al. 2019 (rods along near-geodesics).
-Complexity: a fixed number of steps, each O(N^1.5) at worst and in practice near linear.
+Compare the relaxed kagome of Ayres, Martin and Zwierzycki 2018 and the foliations of Vekhter et al. 2019.
+Complexity: a bounded number of steps, each of time and memory linear in the number of nodes.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.geometry.closest import FaceFinder
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,
+    LONGEST,
+    SHORTEST,
     Corners,
     RodJoints,
     Term,
     angle_term,
-    bending_curvatures,
     bending_term,
     chords_of,
     corner_angles,
@@ -42,8 +43,6 @@ from weavecore.linking.bending_terms import (
     edge_of_sides,
     edge_term,
     find_joints,
-    LONGEST,
-    SHORTEST,
 )
 from weavecore.linking.division import CORNER_TURN, points_at
 from weavecore.model.lattice import Lattice
@@ -53,7 +52,7 @@ FREE_ON_SURFACE = ("hexagonal", "kagome", "diagonal")
 """Patterns without inner rings: their nodes go anywhere on the surface."""
 
 WEAVE_RISE = {"triangular": 0.0, "twill": 0.25}
-"""Undulation of the rods against that of over and under in turn: none in stacked layers, a quarter in over two, under two."""
+"""Undulation of rods against that of over and under in turn: none in stacked layers, a quarter in over two, under two."""
 
 _SPACING_IN_RODS = 24.0
 """Spacing, or mean edge where that is shorter, over the diameter that is reckoned with where none is given."""
@@ -62,8 +61,6 @@ _ADMISSIBLE_RADIUS = 93.75
 """Least radius over diameter that is aimed at: that of pultruded GFRP under long-term load."""
 
 _MOST_STEPS = 40
-import os
-DBG = os.environ.get("DBG")
 _MOST_TRIES = 6
 _LONGEST_STEP = 0.15
 """Parts of the mean edge that a node goes in a step: normals and closest points stay trustworthy."""
@@ -118,13 +115,7 @@ def smooth_bending(
         if len(joints.node):
             problem.take(joints)
             place = _descend(problem, place)
-    left = sites.leave
-    return replace(
-        lattice,
-        nodes=place.nodes,
-        node_latitude=np.where(left, -1, lattice.node_latitude),
-        node_station=np.where(left, 0.0, place.station),
-    )
+    return replace(lattice, nodes=place.nodes, node_station=place.station, off_latitudes=is_free)
 
 
 def _usual_diameter(lattice: Lattice) -> float:
@@ -161,11 +152,6 @@ class _Sites:
         self._mean = float(lattice.edge_lengths.mean())
         self.first = np.concatenate([[0], np.cumsum(slides + 2 * roams)])
         self.n_unknowns = int(self.first[-1])
-
-    @property
-    def leave(self) -> Bools:
-        """(N,) nodes that do not keep to their polyline."""
-        return self.roams
 
     def normals(self, nodes: Floats) -> Floats:
         """Unit normals (N, 3) of the surface, blended between its vertices."""
@@ -328,11 +314,6 @@ class _Problem:
     def value(self, place: _Place) -> float:
         return sum(term.value for term in self.terms(place, derivatives=False))
 
-    def ratios(self, place: _Place) -> Floats:
-        """(J,) curvature at the joints over the admissible one."""
-        chords = chords_of(self.edges, place.nodes)
-        return bending_curvatures(self._joints, place.nodes, place.normals, chords, self._rise) / self._admissible
-
 
 def _descend(problem: _Problem, place: _Place) -> _Place:
     """Steps of Levenberg and Marquardt until the sum hardly falls."""
@@ -354,7 +335,6 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
             return place
         fell, place, value = value - new, after, new
         damping = max(damping / 4.0, _LEAST_DAMPING)
-        if DBG: print(f"{_:3d} {value:.4f} damping {damping:.1e} tries {_try}", [round(t.value,2) for t in terms], flush=True)
         if fell < _ENOUGH * value:
             break
     return place
@@ -374,7 +354,10 @@ def _without_harm(problem: _Problem, before: _Place, after: _Place) -> _Place:
     face = rows_of(problem.face_offsets)
     old_angle = corner_angles(corners, before.nodes, before.normals)
     old_length = np.linalg.norm(np.diff(before.nodes[problem.edges], axis=1)[:, 0], axis=1)
-    low, high = np.minimum(_LEAST_EDGE * problem.median, old_length), np.maximum(_MOST_EDGE * problem.median, old_length)
+    low, high = (
+        np.minimum(_LEAST_EDGE * problem.median, old_length),
+        np.maximum(_MOST_EDGE * problem.median, old_length),
+    )
     nodes, station, normals = after.nodes.copy(), after.station.copy(), after.normals.copy()
     moved = (nodes != before.nodes).any(1)
     while True:

@@ -4,15 +4,15 @@ A rod that is held at its joints takes the shape of a C2 cubic spline.  Its seco
 
     h_p/6 M_p + (h_p + h_n)/3 M_j + h_n/6 M_n = (x_n - x_j)/h_n - (x_j - x_p)/h_p        (de Boor 1978, ch. IV)
 
-where p and n are the joints before and after and h the chords; at free ends M = 0.  It is linear between joints, so the
-spline is bent most sharply at a joint.  Going over and under adds layer offsets of plus and minus d/2 in turn.  With signs
-taken out their share v_j solves the same system with negated off-diagonals and d/2 (1/h_p + 1/h_n) times two on the right; it is
-6 d/h² for even chords.  Which rod is over is not known here, so the worse case counts:
+where p and n are the joints before and after and h the chords; at free ends M = 0.  M is linear between joints, so the
+spline is bent most sharply at a joint.  Going over and under adds offsets of d/2 out of the surface and into it in turn.
+Their share v_j solves the same system with negated entries off the diagonal and d/h_p + d/h_n on the right: 6 d/h² for
+even chords.  Which rod is over is not known here, so the worse case counts:
 
     curvature² = (tangential part of M)² + (|normal part of M| + v)²
 
-Each term gives its value f, and A and b with gradient Aᵀ b and Hessian (that of the convex outer function) Aᵀ A over the
-coordinates (3N,) of the nodes.  Everything is sparse and linear in the number of nodes.
+Each term gives its value f, and A and b with the gradient Aᵀ b and the Hessian (of the convex outer function) Aᵀ A over
+the coordinates (3N,) of the nodes.  Time and memory are linear in the number of nodes.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from weavecore.model.rod_pairing import pair_darts
 BROKEN_TURN = np.radians(60.0)
 """A rod that turns more than this at a joint is taken for two that end there: no stock rod follows such a turn."""
 
-EASY, HOPELESS = 0.8, 1.5
+EASY, HOPELESS = 0.9, 1.5
 """Curvature over the admissible one from which it counts, and beyond which its cost grows in proportion only."""
 
-_EVENNESS = 0.1
+_EVENNESS = 0.03
 """Weight of the squared curvature everywhere, against that of what exceeds `EASY`."""
 
 _KEPT = 3e-3
@@ -85,7 +85,7 @@ class RodJoints:
 
 
 def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
-    """The joints of all rods, without those at which a rod turns by more than ``most_turn``: it counts as broken there."""
+    """The joints of all rods, without those at which a rod turns by more than ``most_turn``: it is broken there."""
     partner = pair_darts(lattice)
     one = np.flatnonzero(partner > np.arange(len(partner)))
     other = partner[one]
@@ -155,7 +155,7 @@ def bending_term(
         Places, and unit normals of the surface there.
     chords : Chords
     rise : float
-        Height between the layers of two rods that cross and change sides from joint to joint; 0 where they keep to a layer.
+        Height between the layers of two rods that cross and change sides at each joint; 0 where they keep to a layer.
     admissible : float
         The greatest curvature that the rod bears.
     weight : (J,) float64
@@ -269,7 +269,9 @@ class _Bends:
             columns.append(np.repeat(edge, width))
             values.append((moment / 3.0 + sign * far / 6.0).ravel())
         shape = (moment.size, len(self._chords.length))
-        return coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape).tocsr()
+        return coo_matrix(
+            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape
+        ).tocsr()
 
 
 def _along(chords: Chords, edge: Ints, start: Ints) -> Floats:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Callable, Optional
 
 from weavecore.errors import Unsupported
+from weavecore.linking.bending_smoothing import smooth_bending
 from weavecore.linking.diagonal import diagonal_lattice
 from weavecore.linking.hexagonal import hexagonal_lattice
 from weavecore.linking.kagome import kagome_lattice
@@ -63,9 +64,19 @@ def link_pattern(
     *,
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
+    rod_diameter: Optional[float] = None,
+    free_rings: bool = False,
     progress: Progress = None,
 ) -> Lattice:
-    """Link latitudes to a lattice of any pattern; see `link_latitudes` for the options.
+    """Link latitudes to a lattice of any pattern, and smooth it so that its rods bend little.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    edge_length, pattern, progress
+        See `link_latitudes`.
+    rod_diameter, free_rings
+        See `smooth_bending`.
 
     Raises
     ------
@@ -73,7 +84,9 @@ def link_pattern(
         When the edge length is not a positive number, or there is no such pattern.
     """
     if known_pattern(pattern) in PATTERNS:
-        return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+        lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+        return smooth_bending(lattice, rod_diameter=rod_diameter, free_rings=free_rings)
     made = DERIVED[pattern]
     lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, progress=progress)
-    return made.derive(lattice, pattern)
+    lattice = made.derive(lattice, pattern)
+    return smooth_bending(lattice, rod_diameter=rod_diameter)
