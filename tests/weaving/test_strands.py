@@ -9,7 +9,8 @@ import pytest
 
 from bound_rings import cylinder, dumbbell, hemisphere, linked, pair_of_pants
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET
-from weavecore.weaving.strands import MOST_TURN, find_strands
+from weavecore.model.rod_pairing import MOST_TURN
+from weavecore.weaving.strands import find_strands
 from woven_rods import woven_tube
 
 

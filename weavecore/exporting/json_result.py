@@ -98,6 +98,7 @@ def _lattice(lattice: Lattice) -> dict[str, Any]:
         "edge_family": [FAMILIES[family] for family in lattice.edge_family.tolist()],
         "node_latitude": lattice.node_latitude.tolist(),
         "node_station": lattice.node_station.tolist(),
+        "off_latitudes": lattice.off_latitudes,
     }
 
 

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import offsets_of, rows_of
 from weavecore.linking.assemble import Bound, assemble, bind
+from weavecore.linking.bending_smoothing import smooth_bending
 from weavecore.linking.diagonal import diagonal_lattice
 from weavecore.linking.free_borders import (
     Hem,
@@ -80,9 +81,18 @@ def link_pattern(
     *,
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
+    free_rings: bool = False,
     progress: Progress = None,
 ) -> Lattice:
-    """Link latitudes to a lattice of any pattern; see `link_latitudes` for the options.
+    """Link latitudes to a lattice of any pattern, and smooth it so that its rods bend little.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    edge_length, pattern, progress
+        See `link_latitudes`.
+    free_rings : bool
+        Whether nodes may leave the latitudes in patterns that have rings; see `smooth_bending`.
 
     Raises
     ------
@@ -90,10 +100,11 @@ def link_pattern(
         When the edge length is not a positive number, or there is no such pattern.
     """
     if known_pattern(pattern) in PATTERNS:
-        return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+        lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+        return smooth_bending(lattice, free_rings=free_rings)
     made = DERIVED[pattern]
     lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, progress=progress)
-    return made.derive(lattice, pattern)
+    return smooth_bending(made.derive(lattice, pattern))
 
 
 # ----------------------------------------------------------------------

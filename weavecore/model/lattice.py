@@ -39,6 +39,9 @@ class Lattice:
     pattern : str
     edge_length : float
         The length that was aimed at.
+    off_latitudes : bool
+        Whether nodes inside moved off the latitudes on which they were linked; ``node_latitude`` and
+        ``node_station`` then say where that was.  Those on borders stay on these.
     """
 
     latitudes: Latitudes
@@ -51,6 +54,7 @@ class Lattice:
     node_station: Floats
     pattern: str
     edge_length: float
+    off_latitudes: bool = False
 
     def __post_init__(self) -> None:
         n_nodes, n_edges = len(self.nodes), len(self.edges)

@@ -112,17 +112,30 @@ def _check_edges(lattice: Lattice) -> Iterator[Finding]:
 
 
 def _check_places(lattice: Lattice) -> Iterator[Finding]:
-    """Nodes lie at their stations, and faces look the way the surface looks."""
-    on_ring = np.flatnonzero(lattice.node_latitude >= 0)
-    off = np.linalg.norm(places_on_latitudes(lattice, on_ring) - lattice.nodes[on_ring], axis=1)
-    size = lattice.latitudes.surface.size
-    yield Finding("nodes_off_latitudes_of_size", float(off.max(initial=0.0)) / size, OFF_LATITUDE)
-    middle, area = _middles_and_areas(lattice)
+    """Nodes lie at their stations, or anywhere on the surface; faces look the way the surface looks."""
     surface = lattice.latitudes.surface
+    on_ring = np.flatnonzero((lattice.node_latitude >= 0) & (_on_border(lattice) | (not lattice.off_latitudes)))
+    off = np.linalg.norm(places_on_latitudes(lattice, on_ring) - lattice.nodes[on_ring], axis=1)
+    yield Finding("nodes_off_latitudes_of_size", float(off.max(initial=0.0)) / surface.size, OFF_LATITUDE)
+    if lattice.off_latitudes:
+        _, place = closest_faces(lattice.nodes, surface.vertices, surface.faces)
+        off = np.linalg.norm(place - lattice.nodes, axis=1)
+        yield Finding("nodes_off_surface_of_size", float(off.max(initial=0.0)) / surface.size, OFF_LATITUDE)
+    middle, area = _middles_and_areas(lattice)
     near, _ = closest_faces(middle, surface.vertices, surface.faces)
     flipped = np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
     share = len(flipped) / max(1, lattice.n_faces)
     yield Finding("flipped_faces_share", share, FLIPPED_SHARE, tuple(flipped.tolist()), "face")
+
+
+def _on_border(lattice: Lattice) -> Bools:
+    """(N,) nodes on a side of a single face."""
+    tail, head = halfedges_of(lattice)
+    n = lattice.n_nodes
+    naked = ~np.isin(head * n + tail, tail * n + head)
+    flag = np.zeros(n, bool)
+    flag[tail[naked]] = flag[head[naked]] = True
+    return flag
 
 
 def _middles_and_areas(lattice: Lattice) -> tuple[Floats, Floats]:

@@ -203,6 +203,7 @@ def _lattice(document: ResultPart, latitudes: Latitudes) -> Lattice:
         node_station=part.floats("node_station", (n,)),
         pattern=document.part("parameters").text("pattern"),
         edge_length=_positive(document, "edge_length"),
+        off_latitudes="off_latitudes" in part and part.flag("off_latitudes"),
     )
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.matching import ALONE
-from weavecore.weaving.rod_ends import lengthen_short_rods
+from weavecore.model.rod_ends import lengthen_short_rods
 
 
 def joint_of_a_long_and_a_short_rod(n: int) -> tuple[np.ndarray, np.ndarray, int, int, int]:
