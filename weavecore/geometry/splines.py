@@ -126,7 +126,8 @@ def fit_derivatives(values: Floats, offsets: Ints, closed: Bools, chord: Floats)
     found: Floats = solve_banded((1, 1), banded, np.column_stack([rise + rise[before], corner]))
     derivatives, response = found[:, :-1], found[:, -1:]
     share = (derivatives[first] + derivatives[last]) / (1.0 + response[first] + response[last])
-    return derivatives - response * np.where(closed[:, None], share, 0.0)[rows_of(offsets)]
+    fitted: Floats = derivatives - response * np.where(closed[:, None], share, 0.0)[rows_of(offsets)]
+    return fitted
 
 
 def as_b_splines(rows: SplineRows, points: Floats, offsets: Ints, closed: Bools) -> BSplineRows:

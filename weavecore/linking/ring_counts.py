@@ -28,7 +28,7 @@ JUMP = 3.0
 
 _BORDER_BANDS = 3
 _BESIDE_BORDER = 4.0
-"""In the first bands, where rods from the border would end with fewer than four joints, each end counts so many times."""
+"""In the first bands, where rods from the border would end with fewer than four joints, each end counts so often."""
 
 _MOST_CHOICES = 256
 """Counts to choose from for one tree of polylines; where there are more whole numbers some are left out."""

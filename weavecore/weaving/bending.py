@@ -77,7 +77,8 @@ def measure_bending(
     worst = _first_greatest(curvature, places.rod, len(axes))
     with np.errstate(divide="ignore"):
         radius = 1.0 / curvature[worst]
-    point, _ = cubic_points(*(part[worst] for part in hermite), places.width[worst], places.t[worst])
+    p, q, dp, dq = (part[worst] for part in hermite)
+    point, _ = cubic_points(p, q, dp, dq, places.width[worst], places.t[worst])
     largest = _largest_diameters(axes, normals, places, rod_diameter, material.least_bend)
     bending = Bending(
         min_radius=radius,

@@ -15,8 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
-from weavecore.weaving.rod_ends import FEWEST_JOINTS
 
 
 def find_breaks(strands: Strands, largest: Floats, diameter: float) -> Bools:

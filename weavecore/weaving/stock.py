@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from importlib import resources
+from typing import Optional
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from weavecore.units import METRES, NO_UNIT
 
 LEAST_SHARE = 0.99
 """Share of the joints at which rods of the chosen diameter can be bent: at the others they are broken."""
+
+LEAST_RODS = 0.98
+"""Share of the rods that must pass once they are broken; else a thinner diameter of the stock is tried."""
 
 _METRES = {"mm": 0.001, "in": 0.0254}
 
@@ -76,3 +80,8 @@ def choose_diameter(largest: Floats, stock: Sequence[float]) -> float:
         return max([size for size in stock if size <= most], default=min(stock))
     step = 10.0 ** (np.floor(np.log10(most)) - 1.0)
     return float(np.floor(most / step) * step)
+
+
+def next_thinner(diameter: float, stock: Sequence[float]) -> Optional[float]:
+    """The next diameter of the stock below one, or None; without a stock there is none."""
+    return max((size for size in stock if size < diameter), default=None)

@@ -20,7 +20,7 @@ from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clearance import find_clashes
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
-from weavecore.weaving.stock import choose_diameter, stock_diameters
+from weavecore.weaving.stock import LEAST_RODS, choose_diameter, next_thinner, stock_diameters
 from weavecore.weaving.strands import find_strands
 
 _SPACING_IN_RODS = 48.0
@@ -75,9 +75,7 @@ def weave_lattice(
     strands = find_strands(lattice)
     tell(0.3, "bending the rods")
     if rod_diameter is None:
-        bent = woven.bend_in_stock(woven.bend(strands, _first_diameter(lattice)))
-        tell(0.6, "breaking what cannot be bent")
-        bent = woven.break_rods(bent)
+        bent = woven.bend_in_stock(strands)
     else:
         bent = woven.bend(strands, diameter)
     tell(0.8, "measuring")
@@ -132,16 +130,18 @@ class _Woven:
         bending, largest = measure_bending(axes, normals[strands.nodes], rod_diameter=diameter, material=self.material)
         return _Bent(strands, lean, order, diameter, axes, normals, bending, largest)
 
-    def bend_in_stock(self, bent: _Bent) -> _Bent:
-        """The same rods in the stock diameter that is right for nearly all joints."""
+    def bend_in_stock(self, strands: Strands) -> _Bent:
+        """Rods of the thickest stock diameter that nearly all can be bent in, broken where they cannot."""
         stock = stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
-        tried: set[float] = set()
+        whole = self.bend(strands, _first_diameter(self.lattice))
+        diameter = choose_diameter(whole.largest, stock)
         while True:
-            diameter = choose_diameter(bent.largest, stock)
-            if diameter == bent.diameter or diameter in tried:
+            whole = self.bend(strands, diameter, like=whole)
+            bent = self.break_rods(whole)
+            thinner = next_thinner(diameter, stock)
+            if thinner is None or (bent.bending.utilisation <= 1.0).mean() >= LEAST_RODS:
                 return bent
-            tried.add(diameter)
-            bent = self.bend(bent.strands, diameter, like=bent)
+            diameter = thinner
 
     def break_rods(self, bent: _Bent) -> _Bent:
         """Break rods where they are bent too sharply, as far as no piece gets too short to hold."""
