@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from comparing import compare
-from drawn_curves import draw_open, signed_areas, square_ground
+from drawn_curves import draw_open, signed_areas, square_domain
 from flat_fields import flat_surface
 from planar_meshes import circle, rectangle
 from tough_register import grid
@@ -18,10 +18,10 @@ from weavecore import pipeline
 from weavecore.errors import Degenerate, SpacingTooLarge
 from weavecore.model import SurfaceMesh
 from weavecore.model.surface import Origins
-from weavecore.offsetting.propagation.curves import Ground
-from weavecore.offsetting.propagation.intersections import lengths_of, meet_themselves, regroup
+from weavecore.offsetting.propagation.intersections import find_intersections, lengths_of, reconnect_at_crossings
 from weavecore.offsetting.propagation.method import offset_fronts, refuse_loose_ends
-from weavecore.offsetting.propagation.ray_directions import seed_curves
+from weavecore.offsetting.propagation.ray_directions import start_on_curves
+from weavecore.offsetting.propagation.surface_curves import Domain
 from weavecore.validating import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_files"
@@ -236,23 +236,23 @@ def test_starting_at_all_borders_gives_the_same_bytes_as_starting_anywhere():
 
 
 def test_two_open_fronts_that_cross_exchange_their_tails():
-    ground = square_ground()
-    raw = draw_open(ground, [[-6, -3.1], [6.1, 3.3]], [[5.9, -4.2], [-6.2, 4]])
-    regrouped = regroup(ground, raw, meet_themselves(ground, raw))
+    domain = square_domain()
+    raw = draw_open(domain, [[-6, -3.1], [6.1, 3.3]], [[5.9, -4.2], [-6.2, 4]])
+    regrouped = reconnect_at_crossings(domain, raw, find_intersections(domain, raw))
     curves = regrouped.curves
     assert curves.closed.tolist() == [False, False]
     ends = curves.points[np.concatenate(curves.ends)][:, :2]
     np.testing.assert_allclose(ends, [[-6, -3.1], [5.9, -4.2], [-6.2, 4], [6.1, 3.3]], atol=1e-9)
     assert lengths_of(curves).sum() == pytest.approx(lengths_of(raw).sum())
-    assert len(meet_themselves(ground, curves)) == 0
+    assert len(find_intersections(domain, curves)) == 0
     # The strand on the left of both is one higher.
     assert abs(regrouped.height[0] - regrouped.height[1]) == 1
 
 
 def test_an_open_front_that_crosses_itself_leaves_a_ring():
-    ground = square_ground()
-    raw = draw_open(ground, [[-6, -1.1], [5.1, 3.1], [4.9, -3.2], [-6.1, 2.2]])
-    curves = regroup(ground, raw, meet_themselves(ground, raw)).curves
+    domain = square_domain()
+    raw = draw_open(domain, [[-6, -1.1], [5.1, 3.1], [4.9, -3.2], [-6.1, 2.2]])
+    curves = reconnect_at_crossings(domain, raw, find_intersections(domain, raw)).curves
     assert sorted(curves.closed.tolist()) == [False, True]
     ring = curves.take(curves.closed)
     assert signed_areas(ring)[0] < 0
@@ -260,28 +260,28 @@ def test_an_open_front_that_crosses_itself_leaves_a_ring():
 
 
 def test_seeds_of_an_open_front_begin_and_end_with_it():
-    ground = Ground(starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9)))
+    domain = Domain(starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9)))
     x = np.linspace(-6.0, 6.0, 300)
-    front = draw_open(ground, np.stack([x, 0.3 * np.sin(x)], axis=1))
-    seeds = seed_curves(ground, front, step=0.5)
-    assert seeds.station[[0, -1]] == pytest.approx([0.0, lengths_of(front)[0]])
-    gaps = np.diff(seeds.station)
+    front = draw_open(domain, np.stack([x, 0.3 * np.sin(x)], axis=1))
+    starts = start_on_curves(domain, front, step=0.5)
+    assert starts.station[[0, -1]] == pytest.approx([0.0, lengths_of(front)[0]])
+    gaps = np.diff(starts.station)
     assert gaps.min() > 0.2
     assert gaps.max() < 0.5 * 1.31
 
 
 def test_an_open_front_that_ends_inside_the_surface_is_refused():
     surface = starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9))
-    ground = Ground(surface)
+    domain = Domain(surface)
     with pytest.raises(Degenerate, match="levels"):
-        refuse_loose_ends(ground, draw_open(ground, [[-3.0, -2.0], [3.0, 2.0]]))
+        refuse_loose_ends(domain, draw_open(domain, [[-3.0, -2.0], [3.0, 2.0]]))
     # An origin is no selvedge: no front may end there.
     ends = np.flatnonzero(surface.is_origin)[:2]
-    front = draw_open(ground, [[-3.0, -2.0], [3.0, 2.0]])
+    front = draw_open(domain, [[-3.0, -2.0], [3.0, 2.0]])
     start = np.zeros_like(front.start)
     start[:, 0] = start[:, 1] = 0.5
     with pytest.raises(Degenerate, match="levels"):
-        refuse_loose_ends(ground, replace(front, face=np.resize(ends // 3, len(front.face)), start=start))
+        refuse_loose_ends(domain, replace(front, face=np.resize(ends // 3, len(front.face)), start=start))
 
 
 @cache

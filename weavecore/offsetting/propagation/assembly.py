@@ -17,7 +17,7 @@ from weavecore.model.surface import Origins, SurfaceMesh
 from weavecore.offsetting.isolines.bands import find_parents, order_bands
 from weavecore.offsetting.isolines.cut_mesh import part_vertices, sides_of_origins
 from weavecore.offsetting.isolines.extract import corners_at
-from weavecore.offsetting.propagation.curves import Curves, Ground
+from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves
 from weavecore.offsetting.spacing import Ladder
 
 _SAMPLES_PER_SPACING = 20
@@ -26,14 +26,16 @@ _SAME_PLACE = 1e-8
 """In barycentric coordinates."""
 
 
-def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, ladder: Ladder) -> Latitudes:
+def assemble_latitudes(
+    surface: SurfaceMesh, domain: Domain, generations: list[SurfaceCurves], *, ladder: Ladder
+) -> Latitudes:
     """The origins as generation 0, then the fronts of each generation."""
     origins = surface.origins
     polylines = _polylines(surface, origins, generations)
     n_fronts = [len(fronts) for fronts in generations]
     generation = np.repeat(np.arange(len(n_fronts) + 1), [len(origins), *n_fronts])
     marks = _marks(polylines, len(origins), surface.n_vertices)
-    pieces = _Pieces(surface, ground, marks, cut_along(surface.faces, ground.twins, marks))
+    pieces = _Pieces(surface, domain, marks, cut_along(surface.faces, domain.twins, marks))
     polyline, piece, is_parent, is_left = _sides(surface, pieces, polylines, len(origins))
     distance = ladder.distance(generation.astype(np.float64))
     spacing = ladder.widest(len(generations) + 1)
@@ -54,7 +56,7 @@ def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *,
     )
 
 
-def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[Curves]) -> Polylines:
+def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[SurfaceCurves]) -> Polylines:
     vertex = origins.vertices()
     face, weights = corners_at(surface, vertex)
     kept = [_find_distinct(fronts) for fronts in generations]
@@ -68,7 +70,7 @@ def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[Curves]
     return Polylines(points, offsets_of(counts), closed, faces, weights)
 
 
-def _find_distinct(fronts: Curves) -> Bools:
+def _find_distinct(fronts: SurfaceCurves) -> Bools:
     """Which points of fronts stay.
 
     Points inside faces go that lie as good as at the point before or after, and pairs of points at which a front
@@ -135,7 +137,7 @@ class _Pieces:
     euler : (count,) int64
     """
 
-    def __init__(self, surface: SurfaceMesh, ground: Ground, marks: Marks, cells: Cells) -> None:
+    def __init__(self, surface: SurfaceMesh, domain: Domain, marks: Marks, cells: Cells) -> None:
         used = np.unique(np.concatenate([cells.face_piece, cells.cell_piece]))
         used = used[used != NONE]
         name = np.full(int(used.max()) + 2, NONE)
@@ -149,9 +151,9 @@ class _Pieces:
         self.of_node[faces.ravel()] = self.beside
         # Cut into open cells: closed fronts count for nothing, and open ones for 1 on either side.
         # An edge gives the part at the tail of one of its halfedges, and one more beyond each mark.
-        one = np.flatnonzero(ground.twins < np.arange(len(ground.twins)))
+        one = np.flatnonzero(domain.twins < np.arange(len(domain.twins)))
         split = np.flatnonzero(marks.halfedge != NONE)
-        forth = ground.twins[marks.halfedge[split]] < marks.halfedge[split]
+        forth = domain.twins[marks.halfedge[split]] < marks.halfedge[split]
         # What lies right of a curve that comes in from an edge lies left of one that goes out by it.
         right, left = self.right.copy(), self.left.copy()
         right[last], left[last] = self.left[marks.before[last]], self.right[marks.before[last]]

@@ -8,10 +8,10 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, offsets_of, rows_of
 from weavecore.geometry.geodesics import place_along
-from weavecore.offsetting.propagation.chords import lay_chords
-from weavecore.offsetting.propagation.curves import Curves, Ground, next_along
-from weavecore.offsetting.propagation.intersections import curves_meet
-from weavecore.offsetting.propagation.steps import Ends, Rays
+from weavecore.offsetting.propagation.chords import embed_chords
+from weavecore.offsetting.propagation.intersections import find_intersections_with
+from weavecore.offsetting.propagation.offset_vertices import ChildVertices, FrontRays
+from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves, next_along
 
 _BACK = (0.8, 0.6, 0.4, 0.22, 0.06)
 _FORTH = (0.05, 0.2, 0.41, 0.61, 0.81)
@@ -34,7 +34,7 @@ class Runs:
     ray: Ints
 
 
-def find_runs(rays: Rays) -> Runs:
+def find_runs(rays: FrontRays) -> Runs:
     """The children that each front will have before anything is regrouped."""
     if not rays.is_out.any() and rays.closed.all():
         return Runs(rays.offsets, rays.closed, np.arange(len(rays)))
@@ -61,7 +61,9 @@ def find_runs(rays: Rays) -> Runs:
     return Runs(offsets_of(length[enough]), ~is_open[rays.owner[ray[heads]]][enough], ray[kept])
 
 
-def lay_children(ground: Ground, rays: Rays, ends: Ends, parents: Curves | None = None) -> tuple[Curves, Ints]:
+def embed_children(
+    domain: Domain, rays: FrontRays, ends: ChildVertices, parents: SurfaceCurves | None = None
+) -> tuple[SurfaceCurves, Ints]:
     """The curves through the ends of the rays of each front, before anything is taken out, and the front of each.
 
     Where two neighbours part at a sharp feature of the surface, the chord between their ends may lead behind
@@ -70,18 +72,18 @@ def lay_children(ground: Ground, rays: Rays, ends: Ends, parents: Curves | None 
     """
     runs = find_runs(rays)
     front = rays.owner[runs.ray[runs.offsets[:-1]]]
-    children = _through(ground, rays, ends, runs, np.zeros(len(runs.ray), bool))
+    children = _through(domain, rays, ends, runs, np.zeros(len(runs.ray), bool))
     if parents is None:
         return children, front
-    crossing = curves_meet(ground, children, parents).first
+    crossing = find_intersections_with(domain, children, parents).first
     if len(crossing) == 0:
         return children, front
     lost = np.zeros(len(runs.ray), bool)
     lost[np.cumsum(children.is_vertex)[crossing] - 1] = True
-    return _through(ground, rays, ends, runs, lost), front
+    return _through(domain, rays, ends, runs, lost), front
 
 
-def _through(ground: Ground, rays: Rays, ends: Ends, runs: Runs, lost: Bools) -> Curves:
+def _through(domain: Domain, rays: FrontRays, ends: ChildVertices, runs: Runs, lost: Bools) -> SurfaceCurves:
     """The curves through the ends, by way of the places along the rays where a chord is lost."""
     faces, weights = [ends.face[runs.ray]], [ends.weights[runs.ray]]
     if lost.any():
@@ -99,9 +101,11 @@ def _through(ground: Ground, rays: Rays, ends: Ends, runs: Runs, lost: Bools) ->
     run = rows_of(runs.offsets)
     per_run = np.bincount(run[row], minlength=len(runs.closed))
     onward = next_along(offsets_of(per_run), runs.closed)
-    chord, at, start, end = lay_chords(ground, face, weight, face[onward], weight[onward])
+    chord, at, start, end = embed_chords(domain, face, weight, face[onward], weight[onward])
     is_vertex = np.ones(len(chord), bool)
     is_vertex[1:] = chord[1:] != chord[:-1]
     counts = np.bincount(run[row[chord]], minlength=len(runs.closed))
     is_corner = np.zeros(len(chord), bool)
-    return Curves(offsets_of(counts), runs.closed, at, start, end, is_vertex, is_corner, ground.points(at, start))
+    return SurfaceCurves(
+        offsets_of(counts), runs.closed, at, start, end, is_vertex, is_corner, domain.points(at, start)
+    )

@@ -14,7 +14,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.geometry.geodesics import on_halfedge
 from weavecore.geometry.halfedges import NO_TWIN, next_halfedge, previous_halfedge
-from weavecore.offsetting.propagation.curves import Curves, Ground, next_along
+from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves, next_along
 
 _MOST_FACES = 200
 _OFF_THE_CORNER = 1e-4
@@ -28,30 +28,30 @@ _MOST_DETOUR = 2.0
 _Row = tuple[Ints, Ints, Floats, Floats]
 
 
-def lay_chords(ground: Ground, from_face: Ints, from_: Floats, to_face: Ints, to: Floats) -> _Row:
+def embed_chords(domain: Domain, from_face: Ints, from_: Floats, to_face: Ints, to: Floats) -> _Row:
     """Segments of the chords between places: the chord of each, its face and both its ends there."""
     chords = np.arange(len(from_face))
     same = from_face == to_face
     rows: list[_Row] = [(chords[same], from_face[same], from_[same], to[same])]
     far = np.flatnonzero(~same)
-    a, b = ground.points(from_face[far], from_[far]), ground.points(to_face[far], to[far])
-    section = _Section(ground, a, b, ground.normals[from_face[far]] + ground.normals[to_face[far]])
+    a, b = domain.points(from_face[far], from_[far]), domain.points(to_face[far], to[far])
+    section = _Section(domain, a, b, domain.normals[from_face[far]] + domain.normals[to_face[far]])
     local, found = section.walk(from_face[far], from_[far], to_face[far], to[far])
     rows += [(far[row[0]], *row[1:]) for row in local]
     for lost in np.flatnonzero(~found).tolist():
-        route = _route(ground, int(from_face[far[lost]]), int(to_face[far[lost]]))
-        rows.append(_along_route(ground, far[lost], route, a[lost], b[lost], from_[far[lost]], to[far[lost]]))
+        route = _route(domain, int(from_face[far[lost]]), int(to_face[far[lost]]))
+        rows.append(_along_route(domain, far[lost], route, a[lost], b[lost], from_[far[lost]], to[far[lost]]))
     chord, face, start, end = (np.concatenate(column) for column in zip(*rows))
     order = np.argsort(chord, kind="stable")
     return chord[order], face[order], start[order], end[order]
 
 
-def measure_chords(ground: Ground, from_face: Ints, from_: Floats, to_face: Ints, to: Floats) -> Floats:
+def measure_chords(domain: Domain, from_face: Ints, from_: Floats, to_face: Ints, to: Floats) -> Floats:
     """(n,) lengths of chords on the mesh, which no distance exceeds; infinite where a chord does not arrive."""
-    a, b = ground.points(from_face, from_), ground.points(to_face, to)
+    a, b = domain.points(from_face, from_), domain.points(to_face, to)
     length = np.linalg.norm(b - a, axis=1)
     far = np.flatnonzero(from_face != to_face)
-    section = _Section(ground, a[far], b[far], ground.normals[from_face[far]] + ground.normals[to_face[far]])
+    section = _Section(domain, a[far], b[far], domain.normals[from_face[far]] + domain.normals[to_face[far]])
     rows, found = section.walk(from_face[far], from_[far], to_face[far], to[far])
     length[far] = np.where(found, section.lengths(rows), np.inf)
     return np.asarray(length)
@@ -60,25 +60,25 @@ def measure_chords(ground: Ground, from_face: Ints, from_: Floats, to_face: Ints
 class _Section:
     """Upright planes through pairs of points, and how the mesh is cut by them."""
 
-    def __init__(self, ground: Ground, a: Floats, b: Floats, up: Floats) -> None:
-        self.ground, self.a, self.along = ground, a, b - a
+    def __init__(self, domain: Domain, a: Floats, b: Floats, up: Floats) -> None:
+        self.domain, self.a, self.along = domain, a, b - a
         self.normal = np.cross(self.along, up)
 
     def height(self, chord: Ints, vertex: Ints) -> Floats:
         """How far vertices lie to one side of the planes of chords."""
-        away = self.ground.vertices[vertex] - self.a[chord]
+        away = self.domain.vertices[vertex] - self.a[chord]
         return np.asarray(np.einsum("ij,ij->i", away, self.normal[chord]))
 
     def first_exits(self, chord: Ints, face: Ints) -> tuple[Ints, Bools]:
         """The halfedge by which each chord leaves the face that it starts in, and whether there is one."""
         best, forward = np.full(len(face), NO_TWIN), np.full(len(face), -np.inf)
-        corners = self.ground.faces[face]
+        corners = self.domain.faces[face]
         for k in range(3):
             tail, head = corners[:, k], corners[:, (k + 1) % 3]
             s, t = self.height(chord, tail), self.height(chord, head)
             crosses = (s >= 0) != (t >= 0)
             part = np.divide(s, s - t, out=np.zeros(len(s)), where=crosses)[:, None]
-            place = self.ground.vertices[tail] * (1 - part) + self.ground.vertices[head] * part
+            place = self.domain.vertices[tail] * (1 - part) + self.domain.vertices[head] * part
             onward = np.einsum("ij,ij->i", place - self.a[chord], self.along[chord])
             better = crosses & (onward > forward)
             best[better], forward[better] = 3 * face[better] + k, onward[better]
@@ -96,7 +96,7 @@ class _Section:
                 break
             part = self._part(chord, exit_)
             rows.append((chord, at, here, on_halfedge(exit_, part)))
-            twin = self.ground.twins[exit_]
+            twin = self.domain.twins[exit_]
             goes = twin != NO_TWIN
             chord, twin, part = chord[goes], twin[goes], 1.0 - part[goes]
             at, here = twin // 3, on_halfedge(twin, part)
@@ -104,8 +104,8 @@ class _Section:
             found[chord[arrives]] = True
             rows.append((chord[arrives], at[arrives], here[arrives], last[chord[arrives]]))
             chord, at, here, twin = chord[~arrives], at[~arrives], here[~arrives], twin[~arrives]
-            tail_side = self.height(chord, self.ground.faces.ravel()[twin]) >= 0
-            apex_side = self.height(chord, self.ground.faces.ravel()[previous_halfedge(twin)]) >= 0
+            tail_side = self.height(chord, self.domain.faces.ravel()[twin]) >= 0
+            apex_side = self.height(chord, self.domain.faces.ravel()[previous_halfedge(twin)]) >= 0
             exit_ = np.where(tail_side == apex_side, next_halfedge(twin), previous_halfedge(twin))
         found &= self.lengths(rows) < _MOST_DETOUR * np.linalg.norm(self.along, axis=1)
         return [(c[found[c]], f[found[c]], s[found[c]], e[found[c]]) for c, f, s, e in rows], found
@@ -114,11 +114,11 @@ class _Section:
         """Length of each section along its segments."""
         total = np.zeros(len(self.a))
         for chord, face, start, end in rows:
-            total[chord] += np.linalg.norm(self.ground.points(face, end - start), axis=1)
+            total[chord] += np.linalg.norm(self.domain.points(face, end - start), axis=1)
         return total
 
     def _part(self, chord: Ints, halfedge: Ints) -> Floats:
-        corners = self.ground.faces.ravel()
+        corners = self.domain.faces.ravel()
         s = self.height(chord, corners[halfedge])
         t = self.height(chord, corners[next_halfedge(halfedge)])
         part = np.divide(s, s - t, out=np.full(len(s), 0.5), where=s != t)
@@ -132,12 +132,12 @@ def _held_off(part: Floats, least: float) -> Floats:
     return np.asarray(np.where(part < least, low, np.where(part > 1.0 - least, high, part)))
 
 
-def _route(ground: Ground, start: int, goal: int) -> list[int]:
+def _route(domain: Domain, start: int, goal: int) -> list[int]:
     """Halfedges by which faces are left on the shortest way, from middle to middle, between two faces.
 
     Few chords need it: those about a corner of a wall, or on a mesh as rough as its edges are long.
     """
-    centres, twins, target = ground.vertices[ground.faces], ground.twins, ground.vertices[ground.faces[goal]].mean(0)
+    centres, twins, target = domain.vertices[domain.faces], domain.twins, domain.vertices[domain.faces[goal]].mean(0)
     came: dict[int, int] = {start: NO_TWIN}
     cost = {start: 0.0}
     queue = [(0.0, start)]
@@ -162,17 +162,17 @@ def _route(ground: Ground, start: int, goal: int) -> list[int]:
     return route[::-1]
 
 
-def _along_route(ground: Ground, chord: int, route: list[int], a: Floats, b: Floats, from_: Floats, to: Floats) -> _Row:
+def _along_route(domain: Domain, chord: int, route: list[int], a: Floats, b: Floats, from_: Floats, to: Floats) -> _Row:
     """Segments of a chord that crosses these halfedges, each as near to the straight line as it can."""
     h = np.array(route, np.int64)
-    corners = ground.faces.ravel()
-    tail, head = ground.vertices[corners[h]], ground.vertices[corners[next_halfedge(h)]]
-    up = ground.normals[h // 3] + ground.normals[ground.twins[h] // 3]
+    corners = domain.faces.ravel()
+    tail, head = domain.vertices[corners[h]], domain.vertices[corners[next_halfedge(h)]]
+    up = domain.normals[h // 3] + domain.normals[domain.twins[h] // 3]
     normal = np.cross(b - a, up)
     s, t = np.einsum("ij,ij->i", tail - a, normal), np.einsum("ij,ij->i", head - a, normal)
     part = _held_off(np.divide(s, s - t, out=np.full(len(s), 0.5), where=s != t), _OFF_THE_ROUTE)
-    leave, enter = on_halfedge(h, part), on_halfedge(ground.twins[h], 1.0 - part)
-    face = np.concatenate([h // 3, ground.twins[h[-1:]] // 3])
+    leave, enter = on_halfedge(h, part), on_halfedge(domain.twins[h], 1.0 - part)
+    face = np.concatenate([h // 3, domain.twins[h[-1:]] // 3])
     start, end = np.concatenate([from_[None], enter]), np.concatenate([leave, to[None]])
     return np.full(len(face), chord), face, start, end
 
@@ -192,7 +192,7 @@ FEWEST = 4
 _MOST_ROUNDS = 5
 
 
-def find_turns(ground: Ground, face: Ints, points: Floats, offsets: Ints, closed: Bools) -> tuple[Floats, Floats]:
+def measure_turns(domain: Domain, face: Ints, points: Floats, offsets: Ints, closed: Bools) -> tuple[Floats, Floats]:
     """How much polylines turn to the left at each point, and in which direction they come to it.
 
     Both as angles in the frames of the first halfedges of the faces.  Open ones go on straight at their ends.
@@ -201,29 +201,29 @@ def find_turns(ground: Ground, face: Ints, points: Floats, offsets: Ints, closed
     before = np.arange(len(after))
     onward = after != before
     before[after[onward]] = np.flatnonzero(onward)
-    ax, ay = ground.aimed(face, points - points[before])
-    bx, by = ground.aimed(face, points[after] - points)
+    ax, ay = domain.aimed(face, points - points[before])
+    bx, by = domain.aimed(face, points[after] - points)
     first, last = before == np.arange(len(after)), ~onward
     ax[first], ay[first] = bx[first], by[first]
     bx[last], by[last] = ax[last], ay[last]
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by), np.arctan2(ay, ax)
 
 
-def unfold(ground: Ground, curves: Curves) -> Curves:
+def remove_folds(domain: Domain, curves: SurfaceCurves) -> SurfaceCurves:
     """The curves without the vertices at which they fold, and with new chords across these."""
     vertex = np.flatnonzero(curves.is_vertex)
     kept = vertex
     for _ in range(_MOST_ROUNDS):
         counts = np.bincount(curves.owner[kept], minlength=len(curves))
-        turn, _ = find_turns(ground, curves.face[kept], curves.points[kept], offsets_of(counts), curves.closed)
+        turn, _ = measure_turns(domain, curves.face[kept], curves.points[kept], offsets_of(counts), curves.closed)
         folds = (turn < -SHARPEST_FAN) & (counts[curves.owner[kept]] > FEWEST)
         if not folds.any():
             break
         kept = kept[~folds]
-    return curves if len(kept) == len(vertex) else _joined(ground, curves, vertex, kept)
+    return curves if len(kept) == len(vertex) else _joined(domain, curves, vertex, kept)
 
 
-def _joined(ground: Ground, curves: Curves, vertex: Ints, kept: Ints) -> Curves:
+def _joined(domain: Domain, curves: SurfaceCurves, vertex: Ints, kept: Ints) -> SurfaceCurves:
     """The curves through some of their vertices: old chords where both ends stay, new ones elsewhere."""
     next_vertex = _next(curves, vertex)
     next_kept = _next(curves, kept)
@@ -233,7 +233,7 @@ def _joined(ground: Ground, curves: Curves, vertex: Ints, kept: Ints) -> Curves:
     place[kept[stays]] = np.flatnonzero(stays)
     old = np.flatnonzero(place[chord] >= 0)
     at, to = kept[~stays], next_kept[~stays]
-    new, face, start, end = lay_chords(ground, curves.face[at], curves.start[at], curves.face[to], curves.start[to])
+    new, face, start, end = embed_chords(domain, curves.face[at], curves.start[at], curves.face[to], curves.start[to])
     row = np.concatenate([place[chord[old]], np.flatnonzero(~stays)[new]])
     order = np.lexsort((np.concatenate([rank[old], np.arange(len(new))]), row))
     face = np.concatenate([curves.face[old], face])[order]
@@ -244,10 +244,12 @@ def _joined(ground: Ground, curves: Curves, vertex: Ints, kept: Ints) -> Curves:
     is_vertex[1:] = row[1:] != row[:-1]
     counts = np.bincount(curves.owner[kept[row]], minlength=len(curves))
     is_corner = is_vertex & curves.is_corner[kept[row]]
-    return Curves(offsets_of(counts), curves.closed, face, start, end, is_vertex, is_corner, ground.points(face, start))
+    return SurfaceCurves(
+        offsets_of(counts), curves.closed, face, start, end, is_vertex, is_corner, domain.points(face, start)
+    )
 
 
-def _next(curves: Curves, vertex: Ints) -> Ints:
+def _next(curves: SurfaceCurves, vertex: Ints) -> Ints:
     """For each of these vertices the next one of the same curve."""
     following: Ints = vertex[
         next_along(offsets_of(np.bincount(curves.owner[vertex], minlength=len(curves))), curves.closed)
@@ -255,7 +257,7 @@ def _next(curves: Curves, vertex: Ints) -> Ints:
     return following
 
 
-def _chords(curves: Curves, vertex: Ints) -> tuple[Ints, Ints]:
+def _chords(curves: SurfaceCurves, vertex: Ints) -> tuple[Ints, Ints]:
     """For each segment the vertex with which its chord begins, and its rank in the chord."""
     n = len(curves.face)
     row = np.searchsorted(vertex, np.arange(n), side="right") - 1

@@ -11,14 +11,14 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, order_cycles, rows_of
-from weavecore.offsetting.propagation.curves import Curves, Ground
-from weavecore.offsetting.propagation.steps import Rays
+from weavecore.offsetting.propagation.offset_vertices import FrontRays
+from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves
 
 _PAIRS_AT_ONCE = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Meetings:
+class Intersections:
     """Pairs of segments that cross.
 
     Parameters
@@ -40,54 +40,54 @@ class Meetings:
         return len(self.first)
 
     @classmethod
-    def of(cls, parts: list[Meetings]) -> Meetings:
+    def of(cls, parts: list[Intersections]) -> Intersections:
         """One value of several."""
         names = ("first", "second", "on_first", "on_second", "turns_left")
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-class _Segments:
+class _FaceSegments:
     """Segments in faces with their places in the plane of the face."""
 
-    def __init__(self, ground: Ground, face: Ints, start: Floats, end: Floats) -> None:
+    def __init__(self, domain: Domain, face: Ints, start: Floats, end: Floats) -> None:
         # Signs are taken of barycentric coordinates: these say exactly what lies on an edge.
         self.face, self.start, self.end = face, start[:, 1:], end[:, 1:]
         self.low = np.minimum(self.start, self.end)
         self.high = np.maximum(self.start, self.end)
-        self.flat_start, self.flat_end = ground.flat(face, start), ground.flat(face, end)
+        self.flat_start, self.flat_end = domain.flat(face, start), domain.flat(face, end)
 
-    def overlap(self, i: Ints, other: _Segments, j: Ints) -> Bools:
+    def overlap(self, i: Ints, other: _FaceSegments, j: Ints) -> Bools:
         """Whether the boxes around segments overlap."""
         apart = (self.low[i] > other.high[j]) | (other.low[j] > self.high[i])
         return np.asarray(~apart.any(axis=1))
 
 
-def meet_themselves(ground: Ground, curves: Curves) -> Meetings:
+def find_intersections(domain: Domain, curves: SurfaceCurves) -> Intersections:
     """All self-intersections and mutual intersections of curves; each once."""
-    segments = _Segments(ground, curves.face, curves.start, curves.end)
+    segments = _FaceSegments(domain, curves.face, curves.start, curves.end)
     parts = []
     for i, j in _candidates(segments.face, segments.face):
         apart = (i < j) & (curves.after[i] != j) & (curves.after[j] != i)
         parts.append(_meet(segments, i[apart], segments, j[apart]))
-    return Meetings.of(parts)
+    return Intersections.of(parts)
 
 
-def curves_meet(ground: Ground, curves: Curves, others: Curves) -> Meetings:
+def find_intersections_with(domain: Domain, curves: SurfaceCurves, others: SurfaceCurves) -> Intersections:
     """Where curves cross others."""
-    ours = _Segments(ground, curves.face, curves.start, curves.end)
-    theirs = _Segments(ground, others.face, others.start, others.end)
-    return Meetings.of([_meet(ours, i, theirs, j) for i, j in _candidates(ours.face, theirs.face)])
+    ours = _FaceSegments(domain, curves.face, curves.start, curves.end)
+    theirs = _FaceSegments(domain, others.face, others.start, others.end)
+    return Intersections.of([_meet(ours, i, theirs, j) for i, j in _candidates(ours.face, theirs.face)])
 
 
-def rays_meet(ground: Ground, rays: Rays, curves: Curves) -> Meetings:
+def find_ray_intersections(domain: Domain, rays: FrontRays, curves: SurfaceCurves) -> Intersections:
     """Where rays, named by their segments, cross curves."""
     walks = rays.walks
-    ours = _Segments(ground, walks.face, walks.start, walks.end)
-    theirs = _Segments(ground, curves.face, curves.start, curves.end)
-    return Meetings.of([_meet(ours, i, theirs, j) for i, j in _candidates(ours.face, theirs.face)])
+    ours = _FaceSegments(domain, walks.face, walks.start, walks.end)
+    theirs = _FaceSegments(domain, curves.face, curves.start, curves.end)
+    return Intersections.of([_meet(ours, i, theirs, j) for i, j in _candidates(ours.face, theirs.face)])
 
 
-def _meet(one: _Segments, i: Ints, other: _Segments, j: Ints) -> Meetings:
+def _meet(one: _FaceSegments, i: Ints, other: _FaceSegments, j: Ints) -> Intersections:
     near = one.overlap(i, other, j)
     i, j = i[near], j[near]
     crosses = _cross(one, i, other, j)
@@ -95,10 +95,10 @@ def _meet(one: _Segments, i: Ints, other: _Segments, j: Ints) -> Meetings:
     a, b, c, d = one.start[i], one.end[i], other.start[j], other.end[j]
     on_first, on_second = places_of_crossing(a, b, c, d)
     u, v = b - a, d - c
-    return Meetings(i, j, on_first, on_second, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] > 0)
+    return Intersections(i, j, on_first, on_second, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] > 0)
 
 
-def _cross(one: _Segments, i: Ints, other: _Segments, j: Ints) -> Bools:
+def _cross(one: _FaceSegments, i: Ints, other: _FaceSegments, j: Ints) -> Bools:
     """The sum of four angles in the plane of the face, then sides by barycentric coordinates where it is full."""
     angles = sum_of_four_angles(one.flat_start[i], one.flat_end[i], other.flat_start[j], other.flat_end[j])
     crosses = angles > 2 * np.pi - DOUBT
@@ -220,7 +220,7 @@ def places_of_crossing(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Floa
 
 
 @dataclass(frozen=True, eq=False)
-class Regrouped:
+class UncrossedCurves:
     """Simple loops, and how they hung together.
 
     Parameters
@@ -236,7 +236,7 @@ class Regrouped:
         Which part of it.
     """
 
-    curves: Curves
+    curves: SurfaceCurves
     group: Ints
     height: Ints
     segment: Ints
@@ -244,7 +244,7 @@ class Regrouped:
     last: Floats
 
 
-def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
+def reconnect_at_crossings(domain: Domain, raw: SurfaceCurves, meetings: Intersections) -> UncrossedCurves:
     """Exchange followers at every crossing.
 
     Parameters
@@ -288,7 +288,7 @@ def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
     loop = np.empty(len(segment), np.int64)
     loop[loop_order] = rows_of(loop_offsets)
     group, height = _heights(loop, begins, meetings, len(loop_offsets) - 1)
-    curves = Curves(
+    curves = SurfaceCurves(
         loop_offsets,
         closed,
         raw.face[segment][loop_order],
@@ -296,9 +296,9 @@ def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
         end[loop_order],
         (is_cut | raw.is_vertex[segment])[loop_order],
         is_cut[loop_order],
-        ground.points(raw.face[segment], start)[loop_order],
+        domain.points(raw.face[segment], start)[loop_order],
     )
-    return Regrouped(curves, group, height, segment[loop_order], first[loop_order], last[loop_order])
+    return UncrossedCurves(curves, group, height, segment[loop_order], first[loop_order], last[loop_order])
 
 
 def _order_loops(after: Ints, is_end: Bools) -> tuple[Ints, Ints, Bools]:
@@ -318,7 +318,7 @@ def _order_loops(after: Ints, is_end: Bools) -> tuple[Ints, Ints, Bools]:
     return order, offsets, ~is_end[order[offsets[1:] - 1]]
 
 
-def _heights(loop: Ints, begins: Ints, meetings: Meetings, n_loops: int) -> tuple[Ints, Ints]:
+def _heights(loop: Ints, begins: Ints, meetings: Intersections, n_loops: int) -> tuple[Ints, Ints]:
     """Group and height of every loop.
 
     The strand that comes in on the first segment and goes out on the second has turned left where
@@ -342,6 +342,6 @@ def _heights(loop: Ints, begins: Ints, meetings: Meetings, n_loops: int) -> tupl
     return group.astype(np.int64), height
 
 
-def lengths_of(curves: Curves) -> Floats:
+def lengths_of(curves: SurfaceCurves) -> Floats:
     """(C,) length of each curve."""
     return np.bincount(curves.owner, curves.lengths, minlength=len(curves)).astype(np.float64)

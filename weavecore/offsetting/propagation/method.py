@@ -15,14 +15,24 @@ from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.isolines.cut_mesh import part_vertices
 from weavecore.offsetting.isolines.extract import drop_shallow, refuse_too_many_points, too_large
 from weavecore.offsetting.preparation import refine_for, refuse_closed
-from weavecore.offsetting.propagation.assembly import assemble
-from weavecore.offsetting.propagation.child_curves import lay_children
-from weavecore.offsetting.propagation.chords import unfold
-from weavecore.offsetting.propagation.curves import Curves, Ground
-from weavecore.offsetting.propagation.filter import find_room, find_uncovered, measure_nearness, stop_at
-from weavecore.offsetting.propagation.intersections import curves_meet, lengths_of, meet_themselves, regroup
-from weavecore.offsetting.propagation.ray_directions import seed_curves, seed_walls
-from weavecore.offsetting.propagation.steps import Rays, cast_rays, end_steps
+from weavecore.offsetting.propagation.assembly import assemble_latitudes
+from weavecore.offsetting.propagation.child_curves import embed_children
+from weavecore.offsetting.propagation.child_filter import (
+    find_room_for_grandchildren,
+    find_uncovered_loops,
+    measure_nearness,
+    stop_at_fronts,
+)
+from weavecore.offsetting.propagation.chords import remove_folds
+from weavecore.offsetting.propagation.intersections import (
+    find_intersections,
+    find_intersections_with,
+    lengths_of,
+    reconnect_at_crossings,
+)
+from weavecore.offsetting.propagation.offset_vertices import FrontRays, cast_rays, offset_vertices
+from weavecore.offsetting.propagation.ray_directions import start_on_boundary, start_on_curves
+from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves
 from weavecore.offsetting.spacing import Ladder, Spacing
 from weavecore.tolerances import LEAST_CAP, LEAST_HEM
 
@@ -76,7 +86,7 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     ladder = Ladder.of(spacing)
     refuse_closed(surface)
     # About so many vertices, and as many places where polylines go from face to face.
-    refuse_too_many_points(2.0 * STEPS_PER_SPACING * _area(surface) / ladder.least**2, ladder.least)
+    refuse_too_many_points(2.0 * VERTICES_PER_SPACING * _area(surface) / ladder.least**2, ladder.least)
     try:
         latitudes = _offset_in_parts(surface, ladder, 1, progress)
     except Degenerate as refusal:
@@ -94,20 +104,20 @@ def _offset_in_some_parts(surface: SurfaceMesh, ladder: Ladder, refusal: Degener
 def _offset_in_parts(surface: SurfaceMesh, ladder: Ladder, parts: int, progress: Progress) -> Latitudes:
     """Steps made in so many parts, on a mesh that is fine enough for one of them."""
     fine = refine_for(surface, ladder.least / parts)
-    ground = Ground(fine)
-    generations = cover(ground, spacing=ladder.steps / ground.scale, parts=parts, progress=progress)
+    domain = Domain(fine)
+    generations = propagate_fronts(domain, spacing=ladder.steps / domain.scale, parts=parts, progress=progress)
     if not generations:
-        raise too_large(ladder.step_after(0), _find_depth(ground, ladder.step_after(0)))
-    latitudes = assemble(fine, ground, generations, ladder=ladder)
+        raise too_large(ladder.step_after(0), _find_depth(domain, ladder.step_after(0)))
+    latitudes = assemble_latitudes(fine, domain, generations, ladder=ladder)
     refuse_broken(latitudes)
     return latitudes
 
 
-def _find_depth(ground: Ground, spacing: float) -> float:
+def _find_depth(domain: Domain, spacing: float) -> float:
     """About how deep a surface is for which a spacing is too large: half of that fits, halving on from the spacing."""
     depth = spacing
     for _ in range(_MOST_HALVINGS):
-        if has_children(ground, spacing=depth / 2 / ground.scale):
+        if _has_children(domain, spacing=depth / 2 / domain.scale):
             break
         depth /= 2
     return depth
@@ -121,7 +131,7 @@ def _area(surface: SurfaceMesh) -> float:
 # ----------------------------------------------------------------------
 # Generation after generation, until the surface is covered (Yan et al. 2016, §4.2 to §4.6).
 
-STEPS_PER_SPACING = 10.0
+VERTICES_PER_SPACING = 10.0
 """A front has about so many vertices on a length of one spacing."""
 
 _STEPS_PER_CAP = 4.0
@@ -132,7 +142,9 @@ _SHORT = 3.0
 _MOST_ROUNDS = 5
 
 
-def cover(ground: Ground, *, spacing: Spacing, parts: int = 1, progress: Progress = None) -> list[Curves]:
+def propagate_fronts(
+    domain: Domain, *, spacing: Spacing, parts: int = 1, progress: Progress = None
+) -> list[SurfaceCurves]:
     """The children of each generation, from 1 on, each with what is not yet covered on its left.
 
     Parameters
@@ -147,91 +159,96 @@ def cover(ground: Ground, *, spacing: Spacing, parts: int = 1, progress: Progres
     Degenerate
         When children cross, lie too near to their parents, or end inside the surface.
     """
-    generations: list[Curves] = []
+    generations: list[SurfaceCurves] = []
     ladder = Ladder.of(spacing)
-    rays = _cast_from_walls(ground, ladder.step_after(0))
+    rays = _cast_from_walls(domain, ladder.step_after(0))
     covered = 0.0
     while True:
         parents = generations[-1] if generations else None
         step, step_on = (ladder.step_after(len(generations) + further) for further in (0, 1))
-        children, rays_on = _step_in_parts(ground, rays, parents, step=step, step_on=step_on, parts=parts)
+        children, rays_on = _step_in_parts(domain, rays, parents, step=step, step_on=step_on, parts=parts)
         if len(children) == 0:
             return generations
         generations.append(children)
         covered += step_on * float(children.lengths.sum())
-        rays = stop_at(ground, rays_on, children)
+        rays = stop_at_fronts(domain, rays_on, children)
         if progress is not None:
-            progress(min(covered / ground.area, 1.0), "offsetting the borders")
+            progress(min(covered / domain.area, 1.0), "offsetting the borders")
 
 
-def has_children(ground: Ground, *, spacing: float) -> bool:
+def _has_children(domain: Domain, *, spacing: float) -> bool:
     """Whether there is room for one generation."""
-    return len(_children(ground, _cast_from_walls(ground, spacing), None, spacing, grandparents=None)[0]) > 0
+    return len(_children(domain, _cast_from_walls(domain, spacing), None, spacing, grandparents=None)[0]) > 0
 
 
-def _cast_from_walls(ground: Ground, spacing: float) -> Rays:
-    return cast_rays(ground, seed_walls(ground, step=spacing / STEPS_PER_SPACING), spacing=spacing)
+def _cast_from_walls(domain: Domain, spacing: float) -> FrontRays:
+    return cast_rays(domain, start_on_boundary(domain, step=spacing / VERTICES_PER_SPACING), spacing=spacing)
 
 
-def _cast_from(ground: Ground, fronts: Curves, spacing: float) -> Rays:
-    return cast_rays(ground, seed_curves(ground, fronts, step=spacing / STEPS_PER_SPACING), spacing=spacing)
+def _cast_from(domain: Domain, fronts: SurfaceCurves, spacing: float) -> FrontRays:
+    return cast_rays(domain, start_on_curves(domain, fronts, step=spacing / VERTICES_PER_SPACING), spacing=spacing)
 
 
 def _step_in_parts(
-    ground: Ground, rays: Rays, parents: Curves | None, *, step: float, step_on: float, parts: int
-) -> tuple[Curves, Rays]:
+    domain: Domain, rays: FrontRays, parents: SurfaceCurves | None, *, step: float, step_on: float, parts: int
+) -> tuple[SurfaceCurves, FrontRays]:
     """The children of some fronts, by a step in parts; and their own rays, as long as the step on.
 
     Fronts on the way are resampled, so that what lies between steps that part behind a saddle is offset as well.
     """
     fronts, part = parents, step / parts
     if parts > 1:
-        rays = _cast_from_walls(ground, part) if parents is None else _cast_from(ground, parents, part)
-        rays = rays if parents is None else stop_at(ground, rays, parents)
+        rays = _cast_from_walls(domain, part) if parents is None else _cast_from(domain, parents, part)
+        rays = rays if parents is None else stop_at_fronts(domain, rays, parents)
     for _ in range(parts - 1):
-        fronts, rays = _children(ground, rays, fronts, part, grandparents=fronts)
+        fronts, rays = _children(domain, rays, fronts, part, grandparents=fronts)
         if len(fronts) == 0:
             return fronts, rays
-        rays = stop_at(ground, rays, fronts)
-    return _children(ground, rays, fronts, step_on, grandparents=parents)
+        rays = stop_at_fronts(domain, rays, fronts)
+    return _children(domain, rays, fronts, step_on, grandparents=parents)
 
 
 def _children(
-    ground: Ground, rays: Rays, parents: Curves | None, spacing: float, *, grandparents: Curves | None
-) -> tuple[Curves, Rays]:
+    domain: Domain,
+    rays: FrontRays,
+    parents: SurfaceCurves | None,
+    spacing: float,
+    *,
+    grandparents: SurfaceCurves | None,
+) -> tuple[SurfaceCurves, FrontRays]:
     """The children that have room before them (§4.5), and their own rays, as long as the spacing."""
-    children = offset_once(ground, rays, parents)
-    refuse_near(ground, rays, children)
-    refuse_loose_ends(ground, children)
-    rays = _cast_from(ground, children, spacing)
+    children = _offset_once(domain, rays, parents)
+    refuse_near(domain, rays, children)
+    refuse_loose_ends(domain, children)
+    rays = _cast_from(domain, children, spacing)
     if len(children) == 0:
         return children, rays
-    refuse_crossings(ground, children, parents)
-    stays, gone = find_room(ground, rays, children, grandparents)
+    refuse_crossings(domain, children, parents)
+    stays, gone = find_room_for_grandchildren(domain, rays, children, grandparents)
     doubtful = (~stays | (lengths_of(children) < _SHORT * spacing)) & ~gone
-    stays[doubtful] = _are_deep(ground, children.take(doubtful), spacing=spacing)
+    stays[doubtful] = _are_deep(domain, children.take(doubtful), spacing=spacing)
     return children.take(stays), rays.take(stays)
 
 
-def offset_once(ground: Ground, rays: Rays, fronts: Curves | None) -> Curves:
+def _offset_once(domain: Domain, rays: FrontRays, fronts: SurfaceCurves | None) -> SurfaceCurves:
     """The children of some fronts, regrouped until none crosses any (§4.3, §4.4), where no front has been."""
-    ends = end_steps(ground, rays)
-    curves, _ = lay_children(ground, rays, ends, fronts)
-    meetings = meet_themselves(ground, curves)
+    ends = offset_vertices(domain, rays)
+    curves, _ = embed_children(domain, rays, ends, fronts)
+    meetings = find_intersections(domain, curves)
     for _ in range(_MOST_ROUNDS):
-        regrouped = regroup(ground, curves, meetings)
-        curves = regrouped.curves.take(find_uncovered(ground, rays, ends, curves, regrouped))
-        plain = unfold(ground, curves)
-        if fronts is None or len(curves_meet(ground, plain, fronts)) == 0:
+        regrouped = reconnect_at_crossings(domain, curves, meetings)
+        curves = regrouped.curves.take(find_uncovered_loops(domain, rays, ends, curves, regrouped))
+        plain = remove_folds(domain, curves)
+        if fronts is None or len(find_intersections_with(domain, plain, fronts)) == 0:
             curves = plain
         # Where several cross in one place, rounding may leave a pair.
-        meetings = meet_themselves(ground, curves)
+        meetings = find_intersections(domain, curves)
         if len(meetings) == 0:
             break
     return curves
 
 
-def _are_deep(ground: Ground, fronts: Curves, *, spacing: float) -> Bools:
+def _are_deep(domain: Domain, fronts: SurfaceCurves, *, spacing: float) -> Bools:
     """(C,) which fronts enclose what is deeper than the least cap: something is left when they are offset by it.
 
     A front of which nothing is left itself is judged with those that its child crosses.
@@ -239,12 +256,12 @@ def _are_deep(ground: Ground, fronts: Curves, *, spacing: float) -> Bools:
     if len(fronts) == 0:
         return np.zeros(0, bool)
     cap = LEAST_CAP * spacing
-    rays = cast_rays(ground, seed_curves(ground, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
-    rays = stop_at(ground, rays, fronts)
-    ends = end_steps(ground, rays)
-    raw, front = lay_children(ground, rays, ends, fronts)
-    regrouped = regroup(ground, raw, meet_themselves(ground, raw))
-    is_left = find_uncovered(ground, rays, ends, raw, regrouped)
+    rays = cast_rays(domain, start_on_curves(domain, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
+    rays = stop_at_fronts(domain, rays, fronts)
+    ends = offset_vertices(domain, rays)
+    raw, front = embed_children(domain, rays, ends, fronts)
+    regrouped = reconnect_at_crossings(domain, raw, find_intersections(domain, raw))
+    is_left = find_uncovered_loops(domain, rays, ends, raw, regrouped)
     group = np.full(len(fronts), -1)
     group[front[raw.owner[regrouped.segment]]] = regrouped.group[regrouped.curves.owner]
     return np.isin(group, regrouped.group[is_left])
@@ -263,28 +280,28 @@ DEEPEST, FARTHEST = 1.05, 1.4
 """Spacings that a pocket may be deep, and another band, where a child may have come a little too far."""
 
 
-def refuse_crossings(ground: Ground, children: Curves, parents: Curves | None) -> None:
+def refuse_crossings(domain: Domain, children: SurfaceCurves, parents: SurfaceCurves | None) -> None:
     """Raise `Degenerate` where children cross each other or a parent."""
-    crossing = [meet_themselves(ground, children)]
+    crossing = [find_intersections(domain, children)]
     if parents is not None:
-        crossing.append(curves_meet(ground, children, parents))
+        crossing.append(find_intersections_with(domain, children, parents))
     at = np.concatenate([meetings.first for meetings in crossing])
     if len(at):
         raise _too_sharp(children.face[at])
 
 
-def refuse_near(ground: Ground, rays: Rays, children: Curves) -> None:
+def refuse_near(domain: Domain, rays: FrontRays, children: SurfaceCurves) -> None:
     """Raise `Degenerate` where a vertex of a child is much nearer to the parents than the spacing."""
     vertex = np.flatnonzero(children.is_vertex)
-    near = measure_nearness(ground, rays, children, vertex) < NEAREST
+    near = measure_nearness(domain, rays, children, vertex) < NEAREST
     if near.any():
         raise _too_sharp(children.face[vertex[near]])
 
 
-def refuse_loose_ends(ground: Ground, children: Curves) -> None:
+def refuse_loose_ends(domain: Domain, children: SurfaceCurves) -> None:
     """Raise `Degenerate` where an open child does not end on a selvedge."""
     at = np.concatenate(children.ends)
-    loose = ground.rims(children.face[at], children.start[at])[0] == NO_TWIN
+    loose = domain.free_borders_at(children.face[at], children.start[at])[0] == NO_TWIN
     if loose.any():
         raise _too_sharp(children.face[at[loose]])
 

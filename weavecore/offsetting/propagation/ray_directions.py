@@ -16,8 +16,8 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets
 from weavecore.geometry.geodesics import on_halfedge
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.distance.ray_seeds import find_sector
-from weavecore.offsetting.propagation.chords import FEWEST, SHARPEST_FAN, find_turns
-from weavecore.offsetting.propagation.curves import Curves, Ground, next_along
+from weavecore.offsetting.propagation.chords import FEWEST, SHARPEST_FAN, measure_turns
+from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves, next_along
 
 SMOOTH = 0.2
 """Radians: a turn to the right by more has a fan; one to the left has no child, for those of its neighbours cross."""
@@ -30,7 +30,7 @@ _LEAST_STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Seeds:
+class RayStarts:
     """Where rays start: in the order of the polylines, polyline after polyline.
 
     Parameters
@@ -54,7 +54,7 @@ class Seeds:
         lead out of the surface.
     """
 
-    fronts: Curves
+    fronts: SurfaceCurves
     offsets: Ints
     halfedge: Ints
     px: Floats
@@ -73,22 +73,22 @@ class Seeds:
         return rows_of(self.offsets)
 
 
-def aim(ground: Ground, pivot: Ints, place: Floats, angle: Floats) -> tuple[Ints, Floats, Floats, Floats]:
+def find_ray_frames(domain: Domain, pivot: Ints, place: Floats, angle: Floats) -> tuple[Ints, Floats, Floats, Floats]:
     """Halfedge, place on it and unit direction in its frame, of rays from places on walls."""
     halfedge, left = pivot.copy(), angle.copy()
     corner = np.flatnonzero(place == 0.0)
-    halfedge[corner], left[corner] = find_sector(ground.frames, pivot[corner], angle[corner])
-    px = np.where(place == 0.0, _OFF_THE_CORNER * ground.frames.length[halfedge], place)
+    halfedge[corner], left[corner] = find_sector(domain.frames, pivot[corner], angle[corner])
+    px = np.where(place == 0.0, _OFF_THE_CORNER * domain.frames.length[halfedge], place)
     return halfedge, px, np.cos(left), np.sin(left)
 
 
-def _chain_origins(ground: Ground) -> tuple[Ints, Ints, Bools]:
+def _chain_origins(domain: Domain) -> tuple[Ints, Ints, Bools]:
     """Halfedges of the walls from which distances start, chain after chain; offsets; and which chains are closed."""
-    halfedge, offsets = ground.walls.halfedges, ground.walls.offsets
+    halfedge, offsets = domain.walls.halfedges, domain.walls.offsets
     cycle = rows_of(offsets)
-    if not ground.has_selvedges:
+    if not domain.has_free_borders:
         return halfedge, offsets, np.ones(len(offsets) - 1, bool)
-    begins = ~ground.is_selvedge[halfedge] & ground.is_selvedge[ground.walls.before[halfedge]]
+    begins = ~domain.is_selvedge[halfedge] & domain.is_selvedge[domain.walls.before[halfedge]]
     row = np.arange(len(halfedge))
     first = offsets[:-1].copy()
     first[cycle[begins][::-1]] = row[begins][::-1]
@@ -96,13 +96,13 @@ def _chain_origins(ground: Ground) -> tuple[Ints, Ints, Bools]:
     halfedge, begins = halfedge[turned], begins[turned]
     heads = begins.copy()
     heads[offsets[:-1]] = True
-    kept = ~ground.is_selvedge[halfedge]
+    kept = ~domain.is_selvedge[halfedge]
     halfedge, heads, begins = halfedge[kept], heads[kept], begins[kept]
     starts = np.flatnonzero(heads)
     return halfedge, np.append(starts, len(halfedge)).astype(np.int64), ~begins[starts]
 
 
-def _origin_fronts(ground: Ground, halfedge: Ints, offsets: Ints, closed: Bools) -> Curves:
+def _origin_fronts(domain: Domain, halfedge: Ints, offsets: Ints, closed: Bools) -> SurfaceCurves:
     """The chains as curves."""
     at = offsets[1:][~closed]
     zero, one = np.zeros(len(halfedge)), np.ones(len(halfedge))
@@ -111,14 +111,14 @@ def _origin_fronts(ground: Ground, halfedge: Ints, offsets: Ints, closed: Bools)
     face = np.insert(halfedge, at, halfedge[at - 1]) // 3
     is_vertex = np.ones(len(face), bool)
     offsets = offsets_of(np.diff(offsets) + ~closed)
-    return Curves(offsets, closed, face, start, end, is_vertex, ~is_vertex, ground.points(face, start))
+    return SurfaceCurves(offsets, closed, face, start, end, is_vertex, ~is_vertex, domain.points(face, start))
 
 
-def seed_walls(ground: Ground, *, step: float) -> Seeds:
+def start_on_boundary(domain: Domain, *, step: float) -> RayStarts:
     """Seeds along the origins, on both sides of the cuts, at most ``step`` apart."""
-    frames = ground.frames
-    halfedge, offsets, closed = _chain_origins(ground)
-    total = ground.walls.angle[halfedge]
+    frames = domain.frames
+    halfedge, offsets, closed = _chain_origins(domain)
+    total = domain.walls.angle[halfedge]
     is_head = np.zeros(len(halfedge), bool)
     is_head[offsets[:-1][~closed]] = True
     turn = np.pi - total
@@ -136,7 +136,7 @@ def seed_walls(ground: Ground, *, step: float) -> Seeds:
     angle[fanned] = (total[row] - np.pi / 2 - (total[row] - np.pi) * fan)[fanned]
     along = (rank - n_corner[row] + 1) / (n_edge[row] + 1) * length[row]
     along[at_corner] = 0.0
-    fronts = _origin_fronts(ground, halfedge, offsets, closed)
+    fronts = _origin_fronts(domain, halfedge, offsets, closed)
     travelled = np.cumsum(fronts.lengths) - fronts.lengths
     curve = rows_of(offsets)[row]
     station = travelled[row + offsets_of(~closed)[curve]] + along
@@ -144,16 +144,16 @@ def seed_walls(ground: Ground, *, step: float) -> Seeds:
     stretch = np.where(fanned, _stretch(turn[row]), 1.0)
     # One more at the end of each open chain, where the selvedge begins.
     per_curve = np.bincount(curve, minlength=len(offsets) - 1)
-    at, last = offsets_of(per_curve)[1:][~closed], ground.walls.after[halfedge[offsets[1:][~closed] - 1]]
+    at, last = offsets_of(per_curve)[1:][~closed], domain.walls.after[halfedge[offsets[1:][~closed] - 1]]
     h = np.insert(halfedge[row], at, last)
-    along, angle = np.insert(along, at, 0.0), np.insert(angle, at, ground.walls.angle[last] - np.pi / 2)
+    along, angle = np.insert(along, at, 0.0), np.insert(angle, at, domain.walls.angle[last] - np.pi / 2)
     pivot, stretch = np.insert(pivot, at, last), np.insert(stretch, at, 1.0)
     station = np.insert(station, at, travelled[fronts.offsets[1:][~closed] - 1])
     ux, uy, px = np.cos(angle), np.sin(angle), along.copy()
     c = np.flatnonzero(pivot != NO_TWIN)
-    h[c], px[c], ux[c], uy[c] = aim(ground, pivot[c], along[c], angle[c])
+    h[c], px[c], ux[c], uy[c] = find_ray_frames(domain, pivot[c], along[c], angle[c])
     per_curve = offsets_of(per_curve + ~closed)
-    return Seeds(fronts, per_curve, h, px, np.zeros(len(h)), ux, uy, stretch, station, pivot, along, angle)
+    return RayStarts(fronts, per_curve, h, px, np.zeros(len(h)), ux, uy, stretch, station, pivot, along, angle)
 
 
 def _rays_at(turn: Floats) -> Ints:
@@ -167,7 +167,7 @@ def _stretch(turn: Floats) -> Floats:
     return longer
 
 
-def _thinned(total: Floats, curves: Curves, vertex: Ints, least: Floats) -> Ints:
+def _thinned(total: Floats, curves: SurfaceCurves, vertex: Ints, least: Floats) -> Ints:
     """The vertices without those that crowd: of each run of short gaps every other one goes, until none is short.
 
     Those beside a corner go before it does; the ends of open ones stay.
@@ -212,21 +212,21 @@ def _are_ends(offsets: Ints, closed: Bools) -> Bools:
     return is_end
 
 
-def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
+def start_on_curves(domain: Domain, curves: SurfaceCurves, *, step: float) -> RayStarts:
     """Seeds along fronts: at their vertices where these are neither crowded nor far apart (§4.2)."""
     segment, part, station, offsets = _resample(curves, step)
     face = curves.face[segment]
     weights = curves.start[segment] * (1 - part)[:, None] + curves.end[segment] * part[:, None]
-    turn, heading = find_turns(ground, face, ground.points(face, weights), offsets, curves.closed)
+    turn, heading = measure_turns(domain, face, domain.points(face, weights), offsets, curves.closed)
     count = np.where(turn < -SHARPEST_FAN, 0, _rays_at(turn))
     row = rows_of(offsets_of(count))
     rank = np.arange(len(row)) - offsets_of(count)[row]
     share = np.divide(rank, count[row] - 1, out=np.full(len(row), 0.5), where=count[row] > 1)
     angle = heading[row] + turn[row] * share + np.pi / 2
-    xy = ground.flat(face, weights)[row]
+    xy = domain.flat(face, weights)[row]
     curve = rows_of(offsets)[row]
-    pivot, place, off = _pivots(ground, face[row], weights[row], angle, _are_ends(offsets, curves.closed)[row])
-    return Seeds(
+    pivot, place, off = _pivots(domain, face[row], weights[row], angle, _are_ends(offsets, curves.closed)[row])
+    return RayStarts(
         curves,
         offsets_of(np.bincount(curve, minlength=len(curves))),
         3 * face[row],
@@ -242,18 +242,18 @@ def seed_curves(ground: Ground, curves: Curves, *, step: float) -> Seeds:
     )
 
 
-def _pivots(ground: Ground, face: Ints, weights: Floats, angle: Floats, is_end: Bools) -> tuple[Ints, Floats, Floats]:
+def _pivots(domain: Domain, face: Ints, weights: Floats, angle: Floats, is_end: Bools) -> tuple[Ints, Floats, Floats]:
     """For ends of open fronts the halfedge of the selvedge on which they lie, where on it, and the angle from it."""
-    halfedge, place = ground.rims(face, weights)
+    halfedge, place = domain.free_borders_at(face, weights)
     axis = np.zeros(len(face))
-    base, k, frames = 3 * face, halfedge % 3, ground.frames
+    base, k, frames = 3 * face, halfedge % 3, domain.frames
     axis[k == 1] = np.arctan2(frames.next_y[base], frames.next_x[base])[k == 1]
     axis[k == 2] = np.arctan2(frames.previous_y[base], frames.previous_x[base])[k == 2]
     off = (angle - axis + np.pi) % (2 * np.pi) - np.pi
     return np.where(is_end, halfedge, NO_TWIN), np.where(is_end, place, 0.0), off
 
 
-def _resample(curves: Curves, step: float) -> tuple[Ints, Floats, Floats, Ints]:
+def _resample(curves: SurfaceCurves, step: float) -> tuple[Ints, Floats, Floats, Ints]:
     """Segments (n,), places on them (n,) in 0 to 1, stations (n,), and offsets (C+1,) of the resampled polylines."""
     vertex = np.flatnonzero(curves.is_vertex)
     total = np.concatenate([[0.0], np.cumsum(curves.lengths)])
@@ -281,7 +281,7 @@ def _resample(curves: Curves, step: float) -> tuple[Ints, Floats, Floats, Ints]:
     return segment, part, station, offsets_of(np.bincount(owner, minlength=len(curves)))
 
 
-def _gaps(total: Floats, curves: Curves, vertex: Ints, offsets: Ints) -> Floats:
+def _gaps(total: Floats, curves: SurfaceCurves, vertex: Ints, offsets: Ints) -> Floats:
     """Arc length from each vertex to the next of the same curve, none after the last of an open one."""
     after = vertex[next_along(offsets, curves.closed)]
     around = total[curves.offsets[1:]] - total[curves.offsets[:-1]]

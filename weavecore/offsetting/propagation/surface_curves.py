@@ -14,7 +14,7 @@ from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.distance.ray_seeds import Corners
 
 
-class Ground:
+class Domain:
     """A surface laid flat face by face, about the origin, in units of its median edge.
 
     Attributes
@@ -35,22 +35,22 @@ class Ground:
         self.twins: Ints = np.where(surface.is_cut, NO_TWIN, surface.twins)
         self.frames = Unfolding(vertices, surface.faces, self.twins)
         self.is_selvedge: Bools = surface.is_selvedge
-        self.has_selvedges = bool(self.is_selvedge.any())
+        self.has_free_borders = bool(self.is_selvedge.any())
         self.normals = surface.face_normals
         self.vertices, self.faces = vertices, surface.faces
         self.area = float((self.frames.length * self.frames.apex_y)[0::3].sum() / 2)
 
     @cached_property
-    def walls(self) -> Walls:
+    def walls(self) -> BoundaryHalfedges:
         """How the walls hang together."""
-        return Walls(self.frames)
+        return BoundaryHalfedges(self.frames)
 
     def points(self, face: Ints, weights: Floats) -> Floats:
         """(n, 3) points with barycentric coordinates (n, 3) in faces."""
         points: Floats = np.einsum("nk,nkd->nd", weights, self.vertices[self.faces[face]])
         return points
 
-    def rims(self, face: Ints, weights: Floats) -> tuple[Ints, Floats]:
+    def free_borders_at(self, face: Ints, weights: Floats) -> tuple[Ints, Floats]:
         """The halfedges of selvedges on which places lie, -1 where they lie on none, and how far along them."""
         apex = weights.argmin(1)
         row, halfedge = np.arange(len(face)), 3 * face + (apex + 1) % 3
@@ -75,7 +75,7 @@ class Ground:
         return x / size, y / size
 
 
-class Walls:
+class BoundaryHalfedges:
     """What comes before and after along each wall, and how much surface there is between; arrays (3F,).
 
     Attributes
@@ -124,7 +124,7 @@ def next_along(offsets: Ints, closed: Bools) -> Ints:
 
 
 @dataclass(frozen=True, eq=False)
-class Curves:
+class SurfaceCurves:
     """Curves on the ground: segments, each in one face, curve after curve.
 
     The last segment of an open curve is a point, its end, and comes after itself.
@@ -187,11 +187,11 @@ class Curves:
         """First and last segments (c,) of the open curves."""
         return self.offsets[:-1][~self.closed], self.offsets[1:][~self.closed] - 1
 
-    def take(self, chosen: Bools) -> Curves:
+    def take(self, chosen: Bools) -> SurfaceCurves:
         """Some of the curves."""
         kept = chosen[self.owner]
         counts = np.diff(self.offsets)[chosen]
-        return Curves(
+        return SurfaceCurves(
             np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             self.closed[chosen],
             self.face[kept],

@@ -16,10 +16,15 @@ from scipy.spatial import cKDTree
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.propagation.chords import measure_chords
-from weavecore.offsetting.propagation.curves import Curves, Ground
-from weavecore.offsetting.propagation.intersections import Meetings, Regrouped, lengths_of, rays_meet
-from weavecore.offsetting.propagation.obstacles import is_out
-from weavecore.offsetting.propagation.steps import BEYOND, Ends, Rays
+from weavecore.offsetting.propagation.intersections import (
+    Intersections,
+    UncrossedCurves,
+    find_ray_intersections,
+    lengths_of,
+)
+from weavecore.offsetting.propagation.obstacle_shadows import is_out
+from weavecore.offsetting.propagation.offset_vertices import BEYOND, ChildVertices, FrontRays
+from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves
 from weavecore.tolerances import LEAST_CAP
 
 _SHORT_OF_THE_END = 0.95
@@ -51,19 +56,21 @@ _MOST_ROOM = 0.02
 """A child goes where fewer than this part of its rays have room."""
 
 
-def find_uncovered(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regrouped: Regrouped) -> Bools:
+def find_uncovered_loops(
+    domain: Domain, rays: FrontRays, ends: ChildVertices, raw: SurfaceCurves, regrouped: UncrossedCurves
+) -> Bools:
     """(C,) which loops bound what the rays have not covered.
 
     Of loops that hang together, those of one height do or none does; noise may make tiny ones that
     are higher still.  So the height with the most length that is not covered has the say.
     """
     curves, length = regrouped.curves, lengths_of(regrouped.curves)
-    covered = _covered_lengths(ground, rays, ends, raw, regrouped)
+    covered = _covered_lengths(domain, rays, ends, raw, regrouped)
     # How deep it is beyond an open one, which may cut off a narrow tip, is asked later.
     least = np.where(curves.closed, np.pi * LEAST_CAP, _SHORTEST) * rays.step
     is_new = (covered < _MOST_COVERED * length) & (length > least) & _cross_edges(curves)
-    is_new[is_new] = ~_are_near(ground, rays, curves.take(is_new))
-    is_new[is_new] = ~_are_islands(ground, curves.take(is_new), rays.step)
+    is_new[is_new] = ~_are_near(domain, rays, curves.take(is_new))
+    is_new[is_new] = ~_are_islands(domain, curves.take(is_new), rays.step)
     free = np.where(is_new, length - covered, 0.0)
     height = regrouped.height - regrouped.height.min(initial=0)
     n_heights = int(height.max(initial=0)) + 1
@@ -73,18 +80,18 @@ def find_uncovered(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regroupe
     return np.asarray(is_new & (height == best[regrouped.group]))
 
 
-def _are_near(ground: Ground, rays: Rays, loops: Curves) -> Bools:
+def _are_near(domain: Domain, rays: FrontRays, loops: SurfaceCurves) -> Bools:
     """(C,) which loops have chords to where the rays start that are shorter than the step."""
     vertex = np.flatnonzero(loops.is_vertex)
     counts = np.bincount(loops.owner[vertex], minlength=len(loops))
     rank = np.arange(len(vertex)) - offsets_of(counts)[loops.owner[vertex]]
     vertex = vertex[rank % np.maximum(counts // _ASKED, 1)[loops.owner[vertex]] == 0]
-    is_near = measure_nearness(ground, rays, loops, vertex) < _SHORT_OF_THE_END
+    is_near = measure_nearness(domain, rays, loops, vertex) < _SHORT_OF_THE_END
     total = np.bincount(loops.owner[vertex], minlength=len(loops))
     return np.asarray(np.bincount(loops.owner[vertex], is_near, minlength=len(loops)) > _MOST_NEAR * total)
 
 
-def measure_nearness(ground: Ground, rays: Rays, loops: Curves, vertex: Ints) -> Floats:
+def measure_nearness(domain: Domain, rays: FrontRays, loops: SurfaceCurves, vertex: Ints) -> Floats:
     """How long the shortest chord is from vertices of loops to where rays start near them, in steps.
 
     No less than the distance from the parents, and little more where the surface is smooth.
@@ -97,34 +104,36 @@ def measure_nearness(ground: Ground, rays: Rays, loops: Curves, vertex: Ints) ->
     from_ = np.repeat(vertex, n_near)
     begin = rays.walks.offsets[:-1][ray]
     start = rays.walks.face[begin], rays.walks.start[begin]
-    length = measure_chords(ground, loops.face[from_], loops.start[from_], *start)
+    length = measure_chords(domain, loops.face[from_], loops.start[from_], *start)
     length = length + rays.lead[ray]
     return np.asarray(length.reshape(-1, n_near).min(1) / rays.step)
 
 
-def _are_islands(ground: Ground, loops: Curves, step: float) -> Bools:
+def _are_islands(domain: Domain, loops: SurfaceCurves, step: float) -> Bools:
     """(C,) which curves are small and have a disc on their right, or cut one off: no front leaves so little behind."""
     middle = np.stack([np.bincount(loops.owner, x, len(loops)) for x in loops.points.T], axis=1)
     arm = loops.points - (middle / np.maximum(np.diff(loops.offsets), 1)[:, None])[loops.owner]
-    area = np.einsum("ij,ij->i", np.cross(arm, arm[loops.after]), ground.normals[loops.face]) / 2
+    area = np.einsum("ij,ij->i", np.cross(arm, arm[loops.after]), domain.normals[loops.face]) / 2
     total, length = np.bincount(loops.owner, area, len(loops)), lengths_of(loops)
     is_island = total < -_ROUND * length**2
     first, last = loops.ends
-    (rim, place), (other_rim, other) = (ground.rims(loops.face[at], loops.start[at]) for at in (first, last))
-    beside = ground.walls.measure_along(rim, place, other_rim, other)
+    (rim, place), (other_rim, other) = (domain.free_borders_at(loops.face[at], loops.start[at]) for at in (first, last))
+    beside = domain.walls.measure_along(rim, place, other_rim, other)
     is_island[~loops.closed] = (beside < _BESIDE * length[~loops.closed]) & (rim != NO_TWIN) & (other_rim != NO_TWIN)
     return np.asarray((length < _SHORT * step) & is_island)
 
 
-def _cross_edges(curves: Curves) -> Bools:
+def _cross_edges(curves: SurfaceCurves) -> Bools:
     """Which curves are open or leave the face they begin in; others are smaller than the mesh can tell."""
     leaves = curves.face != curves.face[curves.after]
     return np.asarray((np.bincount(curves.owner, leaves, minlength=len(curves)) > 0) | ~curves.closed)
 
 
-def _covered_lengths(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regrouped: Regrouped) -> Floats:
+def _covered_lengths(
+    domain: Domain, rays: FrontRays, ends: ChildVertices, raw: SurfaceCurves, regrouped: UncrossedCurves
+) -> Floats:
     """(C,) how much of each loop is crossed by rays, each as wide there as its share of the front."""
-    meetings = rays_meet(ground, rays, raw)
+    meetings = find_ray_intersections(domain, rays, raw)
     ray, far = _travel(rays, meetings)
     within = far < _SHORT_OF_THE_END
     ray, far = ray[within], far[within]
@@ -134,8 +143,8 @@ def _covered_lengths(ground: Ground, rays: Rays, ends: Ends, raw: Curves, regrou
     at = order[np.clip(np.searchsorted(key[order], place, side="right") - 1, 0, len(order) - 1)]
     width = _widths(rays, rays.start)[ray] * (1 - far) + _widths(rays, ends.points)[ray] * far
     curves, row = regrouped.curves, meetings.first[within]
-    way = ground.points(rays.walks.face[row], rays.walks.end[row] - rays.walks.start[row])
-    along = ground.points(curves.face[at], curves.end[at] - curves.start[at])
+    way = domain.points(rays.walks.face[row], rays.walks.end[row] - rays.walks.start[row])
+    along = domain.points(curves.face[at], curves.end[at] - curves.start[at])
     width = width / np.maximum(_sine(way, along), _FLATTEST)
     return np.bincount(curves.owner[at], width, minlength=len(curves)).astype(np.float64)
 
@@ -146,7 +155,7 @@ def _sine(u: Floats, v: Floats) -> Floats:
     return np.asarray(np.linalg.norm(np.cross(u, v), axis=1) / np.maximum(size, np.finfo(float).tiny))
 
 
-def _widths(rays: Rays, points: Floats) -> Floats:
+def _widths(rays: FrontRays, points: Floats) -> Floats:
     """Half the distance from the ray before to the ray after, at the given points."""
     gap = np.linalg.norm(points[rays.after] - points, axis=1)
     width = gap / 2
@@ -155,7 +164,7 @@ def _widths(rays: Rays, points: Floats) -> Floats:
     return np.asarray(width)
 
 
-def _travel(rays: Rays, meetings: Meetings) -> tuple[Ints, Floats]:
+def _travel(rays: FrontRays, meetings: Intersections) -> tuple[Ints, Floats]:
     """The ray of each meeting, and how far from its front it had come, in parts of its step."""
     walks, row = rays.walks, meetings.first
     ray = rays.of_segment[row]
@@ -163,7 +172,9 @@ def _travel(rays: Rays, meetings: Meetings) -> tuple[Ints, Floats]:
     return ray, np.asarray((rays.lead[ray] + far) / (rays.lead[ray] + rays.reach[ray]))
 
 
-def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | None) -> tuple[Bools, Bools]:
+def find_room_for_grandchildren(
+    domain: Domain, rays: FrontRays, children: SurfaceCurves, parents: SurfaceCurves | None
+) -> tuple[Bools, Bools]:
     """Which children have room before them beyond doubt, and which have none: the grandchild test, by side.
 
     Children that nearly touch each other are judged together.
@@ -185,11 +196,11 @@ def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | No
     """
     room = (rays.lead + rays.stop) / (rays.lead + rays.reach)
     # A selvedge is no ancestor: rays that come to one have no say.
-    has_say = ~rays.is_out & (rays.rim == NO_TWIN) & ~is_out(ground, rays.walks)
+    has_say = ~rays.is_out & (rays.rim == NO_TWIN) & ~is_out(domain, rays.walks)
     if parents is not None:
-        ray, far = _travel(rays, rays_meet(ground, rays, parents))
+        ray, far = _travel(rays, find_ray_intersections(domain, rays, parents))
         np.minimum.at(room, ray, far)
-    meetings = rays_meet(ground, rays, children)
+    meetings = find_ray_intersections(domain, rays, children)
     ray, far = _travel(rays, meetings)
     near = far < BEYOND - 1.0
     n = len(children)
@@ -202,9 +213,9 @@ def find_room(ground: Ground, rays: Rays, children: Curves, parents: Curves | No
     return (free > _MOST_ROOM * total)[group], (beyond > _MOST_BEYOND * total)[group]
 
 
-def stop_at(ground: Ground, rays: Rays, fronts: Curves) -> Rays:
+def stop_at_fronts(domain: Domain, rays: FrontRays, fronts: SurfaceCurves) -> FrontRays:
     """The rays of some fronts, stopped where they come to one of these again."""
-    meetings = rays_meet(ground, rays, fronts)
+    meetings = find_ray_intersections(domain, rays, fronts)
     ray, far = _travel(rays, meetings)
     away = far > _OFF_THE_START
     return rays.stopped(ray[away], (far * (rays.lead + rays.reach)[ray] - rays.lead[ray])[away])

@@ -14,9 +14,9 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.geodesics import Walks, place_along, walk_far
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.offsetting.propagation.curves import Ground, next_along
-from weavecore.offsetting.propagation.obstacles import AT_RIM, FREE, OUT, is_out, part_at_selvedges
-from weavecore.offsetting.propagation.ray_directions import Seeds
+from weavecore.offsetting.propagation.obstacle_shadows import AT_RIM, FREE, OUT, is_out, part_at_selvedges
+from weavecore.offsetting.propagation.ray_directions import RayStarts
+from weavecore.offsetting.propagation.surface_curves import Domain, next_along
 from weavecore.tolerances import LEAST_CAP
 
 BEYOND = 1.0 + 6.0 * LEAST_CAP
@@ -28,7 +28,7 @@ _GOLDEN = 0.6180339887498949
 
 
 @dataclass(frozen=True, eq=False)
-class Rays:
+class FrontRays:
     """The rays of some fronts, in the order of the fronts.
 
     Parameters
@@ -82,11 +82,11 @@ class Rays:
         """(m,) the ray of each segment of the walks."""
         return rows_of(self.walks.offsets)
 
-    def take(self, chosen: Bools) -> Rays:
+    def take(self, chosen: Bools) -> FrontRays:
         """The rays of some of the fronts."""
         kept = chosen[self.owner]
         walks = self.walks.take(kept)
-        return Rays(
+        return FrontRays(
             offsets_of(np.diff(self.offsets)[chosen]),
             self.closed[chosen],
             walks,
@@ -99,7 +99,7 @@ class Rays:
             self.step,
         )
 
-    def stopped(self, ray: Ints, far: Floats) -> Rays:
+    def stopped(self, ray: Ints, far: Floats) -> FrontRays:
         """The same rays, of which some are stopped when they have come so far."""
         stop = self.stop.copy()
         np.minimum.at(stop, ray, far)
@@ -107,7 +107,7 @@ class Rays:
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class ChildVertices:
     """Where steps end: the vertices of the children.
 
     Parameters
@@ -125,46 +125,46 @@ class Ends:
     far: Floats
 
 
-def cast_rays(ground: Ground, seeds: Seeds, *, spacing: float) -> Rays:
+def cast_rays(domain: Domain, starts: RayStarts, *, spacing: float) -> FrontRays:
     """Walk one step and a little from each seed."""
-    n = len(seeds.halfedge)
+    n = len(starts.halfedge)
     # Fronts that meet after whole steps would coincide: a trifle tells them apart.
     trifle = _JITTER * ((np.arange(n) * _GOLDEN) % 1.0 - 0.5)
-    reach = spacing * seeds.stretch * (1.0 + trifle)
-    walks = walk_far(ground.frames, seeds.halfedge, seeds.px, seeds.py, seeds.ux, seeds.uy, BEYOND * reach)
-    if ground.has_selvedges:
-        return _cast_at_selvedges(ground, seeds, walks, reach, spacing)
+    reach = spacing * starts.stretch * (1.0 + trifle)
+    walks = walk_far(domain.frames, starts.halfedge, starts.px, starts.py, starts.ux, starts.uy, BEYOND * reach)
+    if domain.has_free_borders:
+        return _cast_at_selvedges(domain, starts, walks, reach, spacing)
     stop, none = np.where(walks.is_blocked, walks.far, np.inf), np.full(n, NO_TWIN)
-    start = _starts(ground, walks)
-    closed = seeds.fronts.closed
-    return Rays(seeds.offsets, closed, walks, np.zeros(n), reach, start, stop, none != NO_TWIN, none, spacing)
+    start = _starts(domain, walks)
+    closed = starts.fronts.closed
+    return FrontRays(starts.offsets, closed, walks, np.zeros(n), reach, start, stop, none != NO_TWIN, none, spacing)
 
 
-def _starts(ground: Ground, walks: Walks) -> Floats:
+def _starts(domain: Domain, walks: Walks) -> Floats:
     first = walks.offsets[:-1]
-    return ground.points(walks.face[first], walks.start[first])
+    return domain.points(walks.face[first], walks.start[first])
 
 
-def _cast_at_selvedges(ground: Ground, seeds: Seeds, walks: Walks, reach: Floats, spacing: float) -> Rays:
+def _cast_at_selvedges(domain: Domain, starts: RayStarts, walks: Walks, reach: Floats, spacing: float) -> FrontRays:
     ahead = (BEYOND - 1.0) * spacing
-    aims, walks = part_at_selvedges(ground, seeds, walks, reach, step=spacing, ahead=ahead)
-    stopped = (aims.state == FREE) & walks.is_blocked & ~is_out(ground, walks)
-    stopped |= (aims.state == AT_RIM) & (aims.rim == NO_TWIN)
-    return Rays(
-        offsets_of(np.bincount(aims.front, minlength=len(seeds.fronts))),
-        seeds.fronts.closed,
+    targets, walks = part_at_selvedges(domain, starts, walks, reach, step=spacing, ahead=ahead)
+    stopped = (targets.state == FREE) & walks.is_blocked & ~is_out(domain, walks)
+    stopped |= (targets.state == AT_RIM) & (targets.rim == NO_TWIN)
+    return FrontRays(
+        offsets_of(np.bincount(targets.front, minlength=len(starts.fronts))),
+        starts.fronts.closed,
         walks,
-        aims.lead,
-        aims.reach,
-        _starts(ground, walks),
+        targets.lead,
+        targets.reach,
+        _starts(domain, walks),
         np.where(stopped, walks.far, np.inf),
-        aims.state == OUT,
-        aims.rim,
+        targets.state == OUT,
+        targets.rim,
         spacing,
     )
 
 
-def end_steps(ground: Ground, rays: Rays) -> Ends:
+def offset_vertices(domain: Domain, rays: FrontRays) -> ChildVertices:
     """Where the step of each ray ends.
 
     One that is stopped within its step ends a little before: what lies there is nearer to what
@@ -174,7 +174,7 @@ def end_steps(ground: Ground, rays: Rays) -> Ends:
     face, weights = place_along(rays.walks, end)
     at = np.flatnonzero((rays.rim != NO_TWIN) & (end == rays.reach))
     face[at], weights[at] = rays.rim[at] // 3, _on_rim(weights[at], rays.rim[at])
-    return Ends(face, weights, ground.points(face, weights), end)
+    return ChildVertices(face, weights, domain.points(face, weights), end)
 
 
 def _on_rim(weights: Floats, rim: Ints) -> Floats:
