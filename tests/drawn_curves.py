@@ -8,7 +8,8 @@ from flat_fields import flat_surface
 from planar_meshes import rectangle
 from weavecore.geometry.arrays import offsets_of
 from weavecore.offsetting.propagation.chords import embed_chords
-from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves, next_along
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.surface_curves import SurfaceCurves, next_along
 
 
 def square_domain(size=10.0, edge=0.4):
@@ -16,7 +17,7 @@ def square_domain(size=10.0, edge=0.4):
 
 
 def draw(domain, *loops):
-    """Curves through the points (n, 2) of loops, in the unit and about the middle of the ground."""
+    """Curves through the points (n, 2) of loops, in the unit and about the centroid of the domain."""
     return _draw(domain, loops, is_closed=True)
 
 

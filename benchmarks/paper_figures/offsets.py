@@ -24,7 +24,7 @@ from paper_figures.pages import image, join, table
 from paper_figures.plates import Plate, circle, dumbbell
 from weavecore.geometry.geodesics import Walks, place_along, walk_far
 from weavecore.model import Latitudes, SurfaceMesh
-from weavecore.offsetting.propagation.surface_curves import Domain
+from weavecore.offsetting.propagation.domain import Domain
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
 SPACING = 100.0
@@ -97,7 +97,7 @@ def parallel_geodesics(surface: SurfaceMesh, spacing: float) -> list[np.ndarray]
 
 
 def _walk(domain: Domain, face: np.ndarray, weights: np.ndarray, way: np.ndarray) -> list[Walks]:
-    xy = domain.flat(face, weights)
+    xy = domain.plane_points(face, weights)
     ux, uy = domain.aimed(face, way)
     return [walk_far(domain.frames, 3 * face, xy[:, 0], xy[:, 1], ux, uy, np.array([_FAR]))]
 
@@ -163,7 +163,7 @@ def draw_three_kinds(folder: Path) -> str:
         panel.plot(*plate.crossings(step).T, "o", color=WRONG, markersize=4, zorder=5)
         kept = int((latitudes.generation == generation).sum())
         family = f"{len(latitudes)} in {latitudes.n_generations} generations"
-        rows.append([name, len(loops), len(step.raw), len(step.meetings), kept, family])
+        rows.append([name, len(loops), len(step.raw), len(step.crossings), kept, family])
     match_scales(panels)
     save(figure, folder / "figure_3.png")
     return join(

@@ -12,16 +12,17 @@ from scipy.spatial import Delaunay, cKDTree
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.propagation.child_curves import embed_children
 from weavecore.offsetting.propagation.child_filter import find_room_for_grandchildren, stop_at_fronts
+from weavecore.offsetting.propagation.domain import Domain
 from weavecore.offsetting.propagation.intersections import (
     Intersections,
     find_intersections,
     find_intersections_with,
-    reconnect_at_crossings,
 )
 from weavecore.offsetting.propagation.method import VERTICES_PER_SPACING, propagate_fronts
 from weavecore.offsetting.propagation.offset_vertices import FrontRays, cast_rays, offset_vertices
 from weavecore.offsetting.propagation.ray_directions import start_on_boundary, start_on_curves
-from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves
+from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
+from weavecore.offsetting.propagation.uncrossing import reconnect_at_crossings
 
 _OFF_THE_BORDER = 0.7
 
@@ -97,23 +98,23 @@ class Step:
 
     Attributes
     ----------
-    parents : Curves or None
+    parents : SurfaceCurves or None
         None where they are the borders.
     start, end : (n, 2) float64
         Where the vertices are moved from and to.
-    raw : Curves
+    raw : SurfaceCurves
         The children as they come (§4.2).
-    meetings : Meetings
+    crossings : Intersections
         All their crossings.
-    loops : Curves
-        The same, regrouped (§4.3, §4.4).
+    loops : SurfaceCurves
+        The same, reconnected (§4.3, §4.4).
     """
 
     parents: SurfaceCurves | None
     start: np.ndarray
     end: np.ndarray
     raw: SurfaceCurves
-    meetings: Intersections
+    crossings: Intersections
     loops: SurfaceCurves
 
 
@@ -123,7 +124,7 @@ class Judgement:
 
     Attributes
     ----------
-    grandchildren : Curves
+    grandchildren : SurfaceCurves
         One for each loop, as they come.
     crosses : (C,) bool
         Whether the grandchild crosses a parent of the loop.
@@ -159,10 +160,10 @@ class Plate:
         if parents is not None:
             rays = stop_at_fronts(self._domain, rays, parents)
         raw = self._lay(rays, parents, freely=parents is not None)
-        meetings = find_intersections(self._domain, raw)
-        loops = reconnect_at_crossings(self._domain, raw, meetings).curves
+        crossings = find_intersections(self._domain, raw)
+        loops = reconnect_at_crossings(self._domain, raw, crossings).curves
         end = offset_vertices(self._domain, self._free(rays)).points
-        return Step(parents, self.flat(rays.start), self.flat(end), raw, meetings, loops)
+        return Step(parents, self.flat(rays.start), self.flat(end), raw, crossings, loops)
 
     def judge(self, step: Step) -> Judgement:
         """Offset the loops of a step once more, and see where that leads."""
@@ -179,25 +180,25 @@ class Plate:
 
     def reduce(self, step: Step, n_crossings: int) -> tuple[SurfaceCurves, int]:
         """The children when the first few crossings are taken apart, and how many crossings are left."""
-        order = np.argsort(step.meetings.first + step.meetings.on_first)[:n_crossings]
+        order = np.argsort(step.crossings.first + step.crossings.on_first)[:n_crossings]
         names = ("first", "second", "on_first", "on_second", "turns_left")
-        some = Intersections(*(getattr(step.meetings, name)[order] for name in names))
+        some = Intersections(*(getattr(step.crossings, name)[order] for name in names))
         curves = reconnect_at_crossings(self._domain, step.raw, some).curves
         return curves, len(find_intersections(self._domain, curves))
 
     def crossings(self, step: Step) -> np.ndarray:
         """Where (k, 2) the children of a step cross."""
-        meetings, raw = step.meetings, step.raw
-        part = meetings.on_first[:, None]
-        weights = raw.start[meetings.first] * (1 - part) + raw.end[meetings.first] * part
-        return self.flat(self._domain.points(raw.face[meetings.first], weights))
+        crossings, raw = step.crossings, step.raw
+        part = crossings.on_first[:, None]
+        weights = raw.start[crossings.first] * (1 - part) + raw.end[crossings.first] * part
+        return self.flat(self._domain.points(raw.face[crossings.first], weights))
 
     def outlines(self, curves: SurfaceCurves) -> list[np.ndarray]:
         """Each curve as points (n, 2)."""
         return np.split(self.flat(curves.points), curves.offsets[1:-1])
 
     def flat(self, points: np.ndarray) -> np.ndarray:
-        """Points of the ground in the plane of the plate."""
+        """Points of the domain in the plane of the plate."""
         return (points * self._domain.scale + self._middle)[:, :2]
 
     def _lay(self, rays: FrontRays, parents: SurfaceCurves | None, *, freely: bool) -> SurfaceCurves:
@@ -206,5 +207,5 @@ class Plate:
 
     @staticmethod
     def _free(rays: FrontRays) -> FrontRays:
-        """The same rays as far as walls let them: drawn are whole steps, not what an ancestor leaves of them."""
+        """The same rays as far as the boundary lets them: whole steps are drawn, stopped by no ancestor."""
         return replace(rays, stop=np.where(rays.walks.is_blocked, rays.walks.far, np.inf))

@@ -1,4 +1,4 @@
-"""Chords laid on the mesh."""
+"""Chords embedded in the mesh."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from drawn_curves import place, square_domain
 from flat_fields import flat_surface
 from planar_meshes import circle, rectangle
 from weavecore.offsetting.propagation.chords import embed_chords, measure_chords
-from weavecore.offsetting.propagation.surface_curves import Domain
+from weavecore.offsetting.propagation.domain import Domain
 
 
 def chords_between(domain, a, b):

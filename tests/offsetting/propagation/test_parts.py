@@ -10,8 +10,8 @@ from tough_surfaces import TOUGH
 from weavecore import pipeline
 from weavecore.errors import Degenerate
 from weavecore.offsetting.propagation import method
+from weavecore.offsetting.propagation.domain import Domain
 from weavecore.offsetting.propagation.method import propagate_fronts
-from weavecore.offsetting.propagation.surface_curves import Domain
 from weavecore.validating import validate
 
 
@@ -57,7 +57,7 @@ def test_what_is_left_bare_by_whole_steps_is_covered_by_steps_in_parts(monkeypat
     assert len(caught.value.ids) > 0
 
 
-def test_of_all_refusals_that_of_whole_steps_is_told(monkeypatch):
+def test_the_refusal_of_whole_steps_is_the_one_raised(monkeypatch):
     surface = flat_surface([circle(5.0, n=60)], 0.5)
     refused = []
 

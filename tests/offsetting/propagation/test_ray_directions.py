@@ -7,9 +7,9 @@ from drawn_curves import draw, square_domain
 from flat_fields import distance_at, flat_surface
 from planar_meshes import circle, rectangle
 from weavecore.model import SurfaceMesh
+from weavecore.offsetting.propagation.domain import Domain
 from weavecore.offsetting.propagation.offset_vertices import cast_rays, offset_vertices
 from weavecore.offsetting.propagation.ray_directions import start_on_boundary, start_on_curves
-from weavecore.offsetting.propagation.surface_curves import Domain
 
 PLATE = [rectangle(10, 10), circle(1.5, (2.0, 1.0), n=60), rectangle(2, 2, (-2.5, -2.0))]
 

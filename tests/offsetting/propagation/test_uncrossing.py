@@ -5,7 +5,8 @@ import pytest
 
 from drawn_curves import draw, signed_areas, square_domain
 from planar_meshes import circle
-from weavecore.offsetting.propagation.intersections import find_intersections, lengths_of, reconnect_at_crossings
+from weavecore.offsetting.propagation.intersections import find_intersections
+from weavecore.offsetting.propagation.uncrossing import reconnect_at_crossings
 
 
 @pytest.fixture(scope="module")
@@ -15,8 +16,8 @@ def domain():
 
 def taken_apart(domain, *loops):
     raw = draw(domain, *loops)
-    meetings = find_intersections(domain, raw)
-    return raw, meetings, reconnect_at_crossings(domain, raw, meetings)
+    crossings = find_intersections(domain, raw)
+    return raw, crossings, reconnect_at_crossings(domain, raw, crossings)
 
 
 def figure_eight(size=4.0, n=60):
@@ -25,57 +26,57 @@ def figure_eight(size=4.0, n=60):
 
 
 def test_a_polyline_that_crosses_itself_becomes_two(domain):
-    raw, meetings, regrouped = taken_apart(domain, figure_eight())
-    assert (len(raw), len(meetings), len(regrouped.curves)) == (1, 1, 2)
-    areas = signed_areas(regrouped.curves)
+    raw, crossings, uncrossed = taken_apart(domain, figure_eight())
+    assert (len(raw), len(crossings), len(uncrossed.curves)) == (1, 1, 2)
+    areas = signed_areas(uncrossed.curves)
     assert areas[0] * areas[1] < 0
-    assert lengths_of(regrouped.curves).sum() == pytest.approx(lengths_of(raw).sum())
+    assert uncrossed.curves.curve_lengths.sum() == pytest.approx(raw.curve_lengths.sum())
 
 
 def test_two_polylines_that_cross_become_one_and_what_they_both_enclose(domain):
     loops = circle(3.0, (-1.5, 0.1), n=50), circle(3.0, (1.5, 0.0), n=50)
-    raw, meetings, regrouped = taken_apart(domain, *loops)
-    assert (len(raw), len(meetings), len(regrouped.curves)) == (2, 2, 2)
-    areas = signed_areas(regrouped.curves)
+    raw, crossings, uncrossed = taken_apart(domain, *loops)
+    assert (len(raw), len(crossings), len(uncrossed.curves)) == (2, 2, 2)
+    areas = signed_areas(uncrossed.curves)
     # Both run counter-clockwise: the lens between them is enclosed twice, the union once.
     assert areas.min() > 0
     assert areas.sum() == pytest.approx(signed_areas(raw).sum())
     lens, union = np.argsort(areas)
-    assert regrouped.height[lens] == regrouped.height[union] + 1
-    assert regrouped.group[lens] == regrouped.group[union]
+    assert uncrossed.winding[lens] == uncrossed.winding[union] + 1
+    assert uncrossed.group[lens] == uncrossed.group[union]
 
 
 def test_polylines_that_run_opposite_ways_become_one(domain):
     loops = circle(3.0, (-1.5, 0.1), n=50), circle(3.0, (1.5, 0.0), n=50)[::-1]
-    _, meetings, regrouped = taken_apart(domain, *loops)
+    _, crossings, uncrossed = taken_apart(domain, *loops)
     # Two crescents, one on the left of its side and one on the right: equally high would be wrong.
-    assert (len(meetings), len(regrouped.curves)) == (2, 2)
-    assert np.sign(signed_areas(regrouped.curves)).tolist().count(1) == 1
+    assert (len(crossings), len(uncrossed.curves)) == (2, 2)
+    assert np.sign(signed_areas(uncrossed.curves)).tolist().count(1) == 1
 
 
 def test_a_loop_of_a_sharp_corner_is_one_lower(domain):
     # A front that turned too sharply: its two sides run on past each other, then back along the end.
     front = np.array([[-4.1, 3.1], [-4, -3.1], [6, -3], [4.1, -5], [4, 3.2]])
-    _, meetings, regrouped = taken_apart(domain, front)
-    assert len(meetings) == 1
-    tail, main = np.argsort(lengths_of(regrouped.curves))
-    assert signed_areas(regrouped.curves)[tail] < 0 < signed_areas(regrouped.curves)[main]
-    assert regrouped.height[tail] == regrouped.height[main] - 1
+    _, crossings, uncrossed = taken_apart(domain, front)
+    assert len(crossings) == 1
+    tail, main = np.argsort(uncrossed.curves.curve_lengths)
+    assert signed_areas(uncrossed.curves)[tail] < 0 < signed_areas(uncrossed.curves)[main]
+    assert uncrossed.winding[tail] == uncrossed.winding[main] - 1
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_of_a_tangle_nothing_crosses_afterwards_and_no_length_is_lost(domain, seed):
     tangle = np.random.default_rng(seed).uniform(-8, 8, (25, 2))
-    raw, meetings, regrouped = taken_apart(domain, tangle)
-    assert len(meetings) > 20
-    assert len(find_intersections(domain, regrouped.curves)) == 0
-    assert lengths_of(regrouped.curves).sum() == pytest.approx(lengths_of(raw).sum())
+    raw, crossings, uncrossed = taken_apart(domain, tangle)
+    assert len(crossings) > 20
+    assert len(find_intersections(domain, uncrossed.curves)) == 0
+    assert uncrossed.curves.curve_lengths.sum() == pytest.approx(raw.curve_lengths.sum())
     # Each exchange of followers parts a loop in two or joins two: the parity is that of the crossings.
-    assert (len(regrouped.curves) - 1 - len(meetings)) % 2 == 0
+    assert (len(uncrossed.curves) - 1 - len(crossings)) % 2 == 0
 
 
 def test_what_does_not_cross_stays_as_it_is(domain):
-    raw, meetings, regrouped = taken_apart(domain, circle(2.0, (-4, 0)), circle(2.0, (4, 0)))
-    assert len(meetings) == 0
-    np.testing.assert_array_equal(regrouped.curves.points, raw.points)
-    assert regrouped.group.tolist() == [0, 1]
+    raw, crossings, uncrossed = taken_apart(domain, circle(2.0, (-4, 0)), circle(2.0, (4, 0)))
+    assert len(crossings) == 0
+    np.testing.assert_array_equal(uncrossed.curves.points, raw.points)
+    assert uncrossed.group.tolist() == [0, 1]

@@ -1,9 +1,22 @@
-"""Where the rays of a front part at a selvedge: the ends of open children.
+"""Obstacle shadows: where free borders stop some rays of a front, and what goes on beside and behind them.
 
-Of two neighbours one arrives and a selvedge is in the way of the other.  The ray between them that just arrives is
-found by halving.  Either it ends on the selvedge itself, and so does the child; or it passes a corner of the
-selvedge, behind which the front opens: rays leave that corner to all sides up to the selvedge, and one creeps on
-along it.
+The paper offsets closed polylines between borders that are all sources.  A free border, from which no distance starts,
+is an obstacle: it cuts the front, which then is open.  Rays run along the front with later ones on the right::
+
+      ^     ^    ^  .         .  a ray that the border stops: obstructed
+      |     |    |  .____     |  one whose step arrives
+      |     |    |  |    |    !  the last that arrives, found by bisection between the two
+      i     |    !  j    | obstacle
+    --+-----+----+--+----+--> front
+
+Where neighbours i and j part so, the child either ends on the border (of the obstructed rays the first then ends
+there), or the last ray passes a corner: behind it the front opens (`diffraction.py`).  The same is done at both ends of
+an open front, where the free border may leave the front at more than a right angle.
+
+An obstacle thinner than the gap between two rays stops none of them.  It is looked for wherever the chord between
+neighbouring ends cannot be embedded.
+
+The cost is 44 walks for each pair of neighbours that part; these are some two for each open front and corner.
 """
 
 from __future__ import annotations
@@ -17,235 +30,337 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.geodesics import Walks, on_halfedge, place_along, walk_far
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.propagation.chords import measure_chords
-from weavecore.offsetting.propagation.ray_directions import FAN_ANGLE, RayStarts, find_ray_frames
-from weavecore.offsetting.propagation.surface_curves import Domain, SurfaceCurves
+from weavecore.offsetting.propagation.diffraction import (
+    STRAIGHT,
+    DiffractedRays,
+    diffract,
+    fan_angles,
+    find_passed_corner,
+)
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.ray_directions import RayStarts, find_ray_frames
+from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
+
+ARRIVES, OBSTRUCTED, ENDS_ON_BORDER = 0, 1, 2
+"""States of a ray: its step ends inside the surface; a free border is in its way; or it ends on one, with its child."""
 
 _LEAST_FAN = 0.02
-"""Radians between the last ray of an open front and the selvedge that are left without a fan."""
+"""Radians between the last ray of an open front and the free border: a smaller wedge needs no ray."""
 
-_HALVINGS = 44
+_BISECTIONS = 44
+"""Until the gap between two rays is parts of 6e-14 wide: what rounding leaves of it."""
+
 _MOST_ROUNDS = 12
+"""Corners behind corners that one step may pass."""
+
 _ARRIVED = 1e-3
-"""Parts of the step: a ray that a selvedge stops so shortly before its end arrives there."""
+"""Parts of the step: a ray that a free border stops so shortly before its end arrives there."""
 
 _TRIALS = 16
-"""Parts in which the gap between two rays is looked through for a spike of a selvedge."""
+"""Rays that are tried in a gap whose chord is not found, to hit the obstacle in it; plus one."""
 
 _ASIDE = 1e-9
 """Radians by which the first ray behind a corner keeps to the side of the one that just passed it.
 
-Both lead on in one line, and may just touch another selvedge: rounding is not to let one pass and stop the other.
+Both lie on one line, and may just touch another free border: rounding must not let one pass and stop the other.
 """
 
 _AHEAD = 0.5
-"""Parts of the step that a child is prolonged by at most to come to a selvedge."""
+"""Parts of the step by which a child is prolonged at most to come to a free border."""
+
+_OFF_THE_BORDER = 1e-9
+"""Radians by which rays along the boundary are turned into the surface."""
+
+_INSIDE = 1e-7
+"""Barycentric coordinate of a creeping ray beside the border, so that it lies inside its faces."""
 
 
-def part_at_selvedges(
+def resolve_obstacles(
     domain: Domain, starts: RayStarts, walks: Walks, reach: Floats, *, step: float, ahead: float
 ) -> tuple[RayTargets, Walks]:
-    """All rays of fronts on a surface with selvedges, in order: those of the seeds, and what selvedges ask for.
+    """All rays of fronts on a domain with free borders, and what becomes of each.
 
-    Rays are walked so much further ``ahead`` than their steps.
+    Parameters
+    ----------
+    domain : Domain
+    starts : RayStarts
+        Of n rays.
+    walks : Walks
+        Their ways.
+    reach : (n,) float64
+        Their steps.
+    step : float
+        The spacing.
+    ahead : float
+        Length by which rays are walked beyond their steps.
+
+    Returns
+    -------
+    targets : RayTargets
+        In the order of the fronts and along them: the given rays, and those that obstacles ask for.
+    walks : Walks
+        Their ways in the same order.
+
+    Raises
+    ------
+    Degenerate
+        Where neighbours still part after all rounds; with the faces of the front.
     """
-    free_borders_at = _Rims(domain, starts.fronts, walks, step, ahead)
-    free_borders_at.targets = _first_aims(domain, starts, walks, reach)
-    free_borders_at.open_ends()
-    free_borders_at.find_spikes()
-    for _ in range(_MOST_ROUNDS):
-        if not free_borders_at.settle():
-            break
-    else:
-        raise Degenerate(
-            "Behind the corners of the other borders the polylines cannot be offset step by step",
-            remedy='Take the method "levels", or another spacing.',
-            ids=free_borders_at.find_unsettled_faces().tolist(),
+    return _ObstacleShadows(domain, starts, walks, reach, step=step, ahead=ahead).resolve()
+
+
+@dataclass(frozen=True, eq=False)
+class RayTargets:
+    """Rays in the order of the fronts and along them, and where each comes to.
+
+    Parameters
+    ----------
+    front : (n,) int64
+    station, pivot, place, angle : (n,)
+        As in `RayStarts`; the pivot may be any vertex of a free border that the ray has come to.
+    direction : (n, 3) float64
+        Direction in space in which the ray starts.
+    lead : (n,) float64
+        Length from the front to where the ray starts.
+    reach : (n,) float64
+        The step, less the lead.
+    state : (n,) int64
+        `ARRIVES`, `OBSTRUCTED` or `ENDS_ON_BORDER`.
+    end_border : (n,) int64
+        The free-border halfedge on which the ray ends; -1 where it does not.
+    walk : (n,) int64
+        Number of its walk.
+    """
+
+    front: Ints
+    station: Floats
+    pivot: Ints
+    place: Floats
+    angle: Floats
+    direction: Floats
+    lead: Floats
+    reach: Floats
+    state: Ints
+    end_border: Ints
+    walk: Ints
+
+    def __len__(self) -> int:
+        return len(self.front)
+
+    def take(self, index: Ints) -> RayTargets:
+        """The rays of these numbers, in their order."""
+        return RayTargets(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def at(self, number: int) -> RayTargets:
+        """A single ray."""
+        return self.take(np.array([number]))
+
+    @staticmethod
+    def concatenate(parts: list[RayTargets]) -> RayTargets:
+        """All rays of several values."""
+        return RayTargets(
+            *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(RayTargets))
+        )
+
+
+class _ObstacleShadows:
+    """The rays so far, and those that wait to be inserted between them.
+
+    Parameters as of `resolve_obstacles`.
+    """
+
+    def __init__(
+        self, domain: Domain, starts: RayStarts, walks: Walks, reach: Floats, *, step: float, ahead: float
+    ) -> None:
+        self._domain, self._fronts, self._step, self._ahead = domain, starts.curves, step, ahead
+        self._targets = _first_targets(domain, starts, walks, reach)
+        self._walks, self._n_walks = [walks], len(walks)
+        self._added: list[RayTargets] = []
+        self._added_after: list[Ints] = []
+
+    def resolve(self) -> tuple[RayTargets, Walks]:
+        """Insert rays until no neighbours part."""
+        self._open_ends()
+        self._find_thin_obstacles()
+        i, j = self._find_partings()
+        rounds = 0
+        while len(i):
+            if rounds == _MOST_ROUNDS:
+                raise self._too_ragged(i)
+            self._part(i, j)
+            i, j = self._find_partings()
+            rounds += 1
+        walks = _gather_walks(self._walks, self._targets.walk)
+        return replace(self._targets, walk=np.arange(len(self._targets))), walks
+
+    def _too_ragged(self, i: Ints) -> Degenerate:
+        segment, _ = self._fronts.locate(self._targets.station[i], self._targets.front[i])
+        return Degenerate(
+            "The polylines cannot be offset step by step around the corners of the other borders",
+            remedy='Use the method "levels", or another spacing.',
+            ids=np.unique(self._fronts.face[segment]).tolist(),
             kind="face",
         )
-    return replace(free_borders_at.targets, walk=np.arange(len(free_borders_at.targets))), strung(
-        free_borders_at.walks, free_borders_at.targets.walk
-    )
 
-
-def _first_aims(domain: Domain, starts: RayStarts, walks: Walks, reach: Floats) -> RayTargets:
-    n = len(starts.halfedge)
-    return RayTargets(
-        starts.owner,
-        starts.station,
-        starts.pivot,
-        starts.place,
-        starts.angle,
-        domain.frames.directions(starts.halfedge, starts.ux, starts.uy),
-        np.zeros(n),
-        reach,
-        np.where(is_out(domain, walks) & (walks.far < reach), OUT, FREE),
-        np.full(n, NO_TWIN),
-        np.arange(n),
-    )
-
-
-class _Rims:
-    """The rays so far, and what is put between them."""
-
-    def __init__(self, domain: Domain, fronts: SurfaceCurves, walks: Walks, step: float, ahead: float) -> None:
-        self.domain, self.fronts, self.step, self.ahead = domain, fronts, step, ahead
-        self.targets: RayTargets
-        self.walks = [walks]
-        self._n_walks = len(walks)
-        self._added: list[RayTargets] = []
-        self._places: list[Floats] = []
-
-    def open_ends(self) -> None:
-        """What goes on from the ends of open fronts: the wedge between the front's direction and the selvedge."""
-        targets = self.targets
-        offsets = offsets_of(np.bincount(targets.front, minlength=len(self.fronts)))
-        kept = np.ones(len(targets), bool)
-        for front in np.flatnonzero(~self.fronts.closed & (np.diff(offsets) > 0)).tolist():
-            for index, on_right in ((int(offsets[front]), False), (int(offsets[front + 1]) - 1, True)):
-                kept[index] = self._open_end(index, on_right)
-        self._insert(kept)
-
-    def _open_end(self, index: int, on_right: bool) -> bool:
-        """Whether the ray of an end stays; what goes on beside it is put there."""
-        domain, end = self.domain, self.targets.take(np.array([index]))
-        pivot, place, angle = int(end.pivot[0]), float(end.place[0]), float(end.angle[0])
-        full = np.pi if place > 0 else float(domain.walls.angle[pivot])
-        if not on_right and angle < -np.pi / 2:
-            angle += 2 * np.pi
-        wedge = angle if on_right else full - angle
-        if wedge < -STRAIGHT:
-            # Beyond the surface at its end, which may bend there: rays in between turn in the front's own face.
-            self.targets.state[index], self.targets.way[index] = OUT, self._across_end(int(end.front[0]), on_right)
-            return True
-        angles = fan(wedge)[1:] if wedge > _LEAST_FAN else np.zeros(0)
-        before = index if on_right else index - 1
-        self._put_crept(before, end, pivot, place, angles if on_right else full - angles, on_right, full)
-        return wedge > _LEAST_FAN
-
-    def _across_end(self, front: int, on_right: bool) -> Floats:
-        """Direction in space square to the first or the last segment of an open front, to its left."""
-        fronts = self.fronts
-        segment = np.array([fronts.offsets[front + 1] - 2 if on_right else fronts.offsets[front]])
-        along = self.domain.points(fronts.face[segment], fronts.end[segment] - fronts.start[segment])[0]
-        across = np.cross(self.domain.normals[fronts.face[segment[0]]], along)
-        return np.asarray(across / max(float(np.linalg.norm(across)), np.finfo(float).tiny))
-
-    def find_spikes(self) -> None:
-        """Put rays that a selvedge stops between neighbours that pass it on both sides."""
-        targets, walks = self.targets, strung(self.walks, self.targets.walk)
-        i, j = self._neighbours()
-        both = (targets.state[i] == FREE) & (targets.state[j] == FREE) & (targets.lead[i] == 0) & (targets.lead[j] == 0)
-        i, j = i[both], j[both]
-        face, weights = place_along(walks, targets.reach)
-        apart = np.isinf(measure_chords(self.domain, face[i], weights[i], face[j], weights[j]))
-        i, j = i[apart], j[apart]
-        n = len(i)
-        if n == 0:
-            return
-        share = np.tile(np.arange(1, _TRIALS) / _TRIALS, n)
-        one, other = targets.take(np.repeat(i, _TRIALS - 1)), targets.take(np.repeat(j, _TRIALS - 1))
-        tried, tried_walks = between(self.domain, self.fronts, one, other, np.ones(len(share), bool), share)
-        is_stopped = (tried.state == OUT).reshape(n, -1)
-        for k in range(n):
-            chosen = np.arange(len(share)) == k * (_TRIALS - 1) + int(is_stopped[k].argmax())
-            stopped, walk = tried.take(chosen), tried_walks.take(chosen)
-            if is_stopped[k].any():
-                self._put(int(i[k]), stopped, walk)
-            else:
-                self._split(int(i[k]), int(j[k]), stopped, walk)
-        self._insert(np.ones(len(targets), bool))
-
-    def _split(self, i: int, j: int, between_them: RayTargets, walk: Walks) -> None:
-        """Let the child end on both sides of a spike too thin for any ray, if a spike it is."""
-        one, other, right = self.targets.take(np.array([i])), self.targets.take(np.array([j])), np.ones(1, bool)
-        before, before_walk = between(self.domain, self.fronts, one, other, right, np.zeros(1))
-        behind, behind_walk = between(self.domain, self.fronts, one, other, right, np.ones(1))
-        left_rim, left_walk = self._prolonged(before, before_walk, True)
-        right_rim, right_walk = self._prolonged(behind, behind_walk, False)
-        if left_rim.rim[0] != NO_TWIN and right_rim.rim[0] != NO_TWIN:
-            self._put(i, left_rim, left_walk)
-            self._put(i, replace(between_them, state=np.array([OUT])), walk)
-            self._put(i, right_rim, right_walk)
-
-    def settle(self) -> bool:
-        """Put what belongs between neighbours of which one arrives; whether there were any."""
-        i, j = self._parting()
-        if len(i) == 0:
-            return False
-        on_right = self.targets.state[i] == FREE
-        free, out = self.targets.take(np.where(on_right, i, j)), self.targets.take(np.where(on_right, j, i))
-        last_free, free_walks, first_out, out_walks = self._halve(free, out, on_right)
-        for k in range(len(i)):
-            one = np.arange(len(i)) == k
-            pair = last_free.take(one), free_walks.take(one), first_out.take(one), out_walks.take(one)
-            self._part(int(i[k]), *pair, on_right=bool(on_right[k]))
-        self._insert(np.ones(len(self.targets), bool))
-        return True
-
-    def find_unsettled_faces(self) -> Ints:
-        """Faces of the fronts where neighbours still part."""
-        i, _ = self._parting()
-        segment, _ = self.fronts.locate(self.targets.station[i], self.targets.front[i])
-        faces: Ints = np.unique(self.fronts.face[segment])
-        return faces
-
-    def _parting(self) -> tuple[Ints, Ints]:
-        """Neighbours of which one arrives and a selvedge is in the way of the other."""
-        i, j = self._neighbours()
-        state = self.targets.state
-        parts = (state[i] == FREE) & (state[j] == OUT) | (state[i] == OUT) & (state[j] == FREE)
+    def _find_partings(self) -> tuple[Ints, Ints]:
+        """Neighbours of which one arrives and the other is obstructed."""
+        i, j = self._find_neighbours()
+        one, other = self._targets.state[i], self._targets.state[j]
+        parts = (one == ARRIVES) & (other == OBSTRUCTED) | (one == OBSTRUCTED) & (other == ARRIVES)
         return i[parts], j[parts]
 
-    def _neighbours(self) -> tuple[Ints, Ints]:
-        front = self.targets.front
-        offsets = offsets_of(np.bincount(front, minlength=len(self.fronts)))
+    def _find_neighbours(self) -> tuple[Ints, Ints]:
+        """Pairs of rays that follow each other along a front."""
+        front = self._targets.front
+        offsets = offsets_of(np.bincount(front, minlength=len(self._fronts)))
         i = np.arange(len(front))
         is_last = i == offsets[1:][front] - 1
         j = np.where(is_last, offsets[:-1][front], i + 1)
-        kept = ~is_last | (self.fronts.closed[front] & (j != i))
+        kept = ~is_last | (self._fronts.closed[front] & (j != i))
         return i[kept], j[kept]
 
-    def _halve(self, free: RayTargets, out: RayTargets, on_right: Bools) -> tuple[RayTargets, Walks, RayTargets, Walks]:
-        """The last ray that arrives and the first that does not, between neighbours."""
-        low, high = np.zeros(len(free)), np.ones(len(free))
-        for _ in range(_HALVINGS):
+    # Ends of open fronts.
+
+    def _open_ends(self) -> None:
+        """Insert what fills the wedges between the end rays of open fronts and the free border."""
+        targets = self._targets
+        offsets = offsets_of(np.bincount(targets.front, minlength=len(self._fronts)))
+        kept = np.ones(len(targets), bool)
+        state, direction = targets.state.copy(), targets.direction.copy()
+        for front in np.flatnonzero(~self._fronts.closed & (np.diff(offsets) > 0)).tolist():
+            for number, on_right in ((int(offsets[front]), False), (int(offsets[front + 1]) - 1, True)):
+                end = targets.at(number)
+                wedge = self._measure_wedge(end, on_right)
+                kept[number] = wedge > _LEAST_FAN or wedge < -STRAIGHT
+                if wedge < -STRAIGHT:
+                    # Beyond the surface at its end, which may bend there: rays in between turn in the front's own face.
+                    state[number], direction[number] = OBSTRUCTED, self._across_end(front, on_right)
+                else:
+                    away = fan_angles(wedge)[1:] if wedge > _LEAST_FAN else np.zeros(0)
+                    self._add_diffracted(number if on_right else number - 1, end, away, on_right)
+        self._targets = replace(targets, state=state, direction=direction)
+        self._insert(kept)
+
+    def _measure_wedge(self, end: RayTargets, on_right: bool) -> float:
+        """Radians from the end ray of an open front to the free border; negative where the ray leads out."""
+        angle = float(end.angle[0])
+        if on_right:
+            return angle
+        angle += 2 * np.pi if angle < -np.pi / 2 else 0.0
+        return self._full_angle(int(end.pivot[0]), float(end.place[0])) - angle
+
+    def _full_angle(self, pivot: int, place: float) -> float:
+        """Angle of the surface at a place on the boundary, in radians."""
+        return np.pi if place > 0 else float(self._domain.boundary.angle[pivot])
+
+    def _across_end(self, front: int, on_right: bool) -> Floats:
+        """Unit vector (3,) at right angles to the first or the last segment of an open front, to its left."""
+        fronts = self._fronts
+        segment = np.array([fronts.offsets[front + 1] - 2 if on_right else fronts.offsets[front]])
+        along = self._domain.points(fronts.face[segment], fronts.end[segment] - fronts.start[segment])[0]
+        across = np.cross(self._domain.normals[fronts.face[segment[0]]], along)
+        return np.asarray(across / max(float(np.linalg.norm(across)), np.finfo(float).tiny))
+
+    # Obstacles between two rays that both arrive.
+
+    def _find_thin_obstacles(self) -> None:
+        """Insert obstructed rays between neighbours that pass an obstacle on both sides."""
+        targets, walks = self._targets, _gather_walks(self._walks, self._targets.walk)
+        i, j = self._find_neighbours()
+        both = (targets.state[i] == ARRIVES) & (targets.state[j] == ARRIVES)
+        both &= (targets.lead[i] == 0) & (targets.lead[j] == 0)
+        i, j = i[both], j[both]
+        face, weights = place_along(walks, targets.reach)
+        apart = np.isinf(measure_chords(self._domain, face[i], weights[i], face[j], weights[j]))
+        i, j = i[apart], j[apart]
+        if len(i) == 0:
+            return
+        share = np.tile(np.arange(1, _TRIALS) / _TRIALS, len(i))
+        one, other = targets.take(np.repeat(i, _TRIALS - 1)), targets.take(np.repeat(j, _TRIALS - 1))
+        tried, tried_walks = _interpolate_rays(self._domain, self._fronts, one, other, np.ones(len(share), bool), share)
+        hits = (tried.state == OBSTRUCTED).reshape(len(i), -1)
+        for k, (first, is_hit) in enumerate(zip(hits.argmax(1).tolist(), hits.any(1).tolist())):
+            number = np.array([k * (_TRIALS - 1) + first])
+            trial, walk = tried.take(number), _take_walks(tried_walks, number)
+            if is_hit:
+                self._add(int(i[k]), trial, walk)
+            else:
+                self._split(int(i[k]), int(j[k]), trial, walk)
+        self._insert(np.ones(len(targets), bool))
+
+    def _split(self, i: int, j: int, between: RayTargets, walk: Walks) -> None:
+        """Let the child end on both sides of an obstacle too thin for any ray, if there is one."""
+        one, other, right = self._targets.at(i), self._targets.at(j), np.ones(1, bool)
+        before, before_walk = _interpolate_rays(self._domain, self._fronts, one, other, right, np.zeros(1))
+        behind, behind_walk = _interpolate_rays(self._domain, self._fronts, one, other, right, np.ones(1))
+        left_end, left_walk = self._prolong(before, before_walk, True)
+        right_end, right_walk = self._prolong(behind, behind_walk, False)
+        if left_end.end_border[0] != NO_TWIN and right_end.end_border[0] != NO_TWIN:
+            self._add(i, left_end, left_walk)
+            self._add(i, replace(between, state=np.array([OBSTRUCTED])), walk)
+            self._add(i, right_end, right_walk)
+
+    # Neighbours of which one is obstructed.
+
+    def _part(self, i: Ints, j: Ints) -> None:
+        """Insert what belongs between neighbours i, j (k,) that part."""
+        targets = self._targets
+        on_right = targets.state[i] == ARRIVES
+        arriving = targets.take(np.where(on_right, i, j))
+        obstructed = targets.take(np.where(on_right, j, i))
+        low, high = self._bisect(arriving, obstructed, on_right)
+        last, last_walks = _interpolate_rays(self._domain, self._fronts, arriving, obstructed, on_right, low)
+        first, first_walks = _interpolate_rays(self._domain, self._fronts, arriving, obstructed, on_right, high)
+        for k, (after, right) in enumerate(zip(i.tolist(), on_right.tolist())):
+            one = np.array([k])
+            if not self._end_or_open(after, first.take(one), _take_walks(first_walks, one), right):
+                self._add(after, *self._prolong(last.take(one), _take_walks(last_walks, one), right))
+        self._insert(np.ones(len(targets), bool))
+
+    def _bisect(self, arriving: RayTargets, obstructed: RayTargets, on_right: Bools) -> tuple[Floats, Floats]:
+        """Shares (k,) of the gaps at which the last ray arrives and the first does not."""
+        low, high = np.zeros(len(arriving)), np.ones(len(arriving))
+        for _ in range(_BISECTIONS):
             middle = (low + high) / 2
-            targets, _ = between(self.domain, self.fronts, free, out, on_right, middle)
-            low, high = np.where(targets.state == FREE, middle, low), np.where(targets.state == FREE, high, middle)
-        return (
-            *between(self.domain, self.fronts, free, out, on_right, low),
-            *between(self.domain, self.fronts, free, out, on_right, high),
-        )
+            rays, _ = _interpolate_rays(self._domain, self._fronts, arriving, obstructed, on_right, middle)
+            arrives = rays.state == ARRIVES
+            low, high = np.where(arrives, middle, low), np.where(arrives, high, middle)
+        return low, high
 
-    def _part(
-        self, index: int, free: RayTargets, free_walk: Walks, out: RayTargets, out_walk: Walks, *, on_right: bool
-    ) -> None:
-        """Let the child end on the selvedge, or the front open behind a corner of it."""
-        domain, far, wall = self.domain, float(out_walk.far[0]), int(out_walk.wall[0])
-        left = float(out.reach[0]) - far
-        if wall != NO_TWIN and left <= _ARRIVED * self.step:
-            self._put(index, replace(out, reach=out_walk.far, state=np.array([AT_RIM]), rim=out_walk.wall), out_walk)
-            return
-        corner = corner_passed(domain, out_walk, on_right) if wall != NO_TWIN else None
+    def _end_or_open(self, after: int, obstructed: RayTargets, walk: Walks, on_right: bool) -> bool:
+        """Let the child end on the border where a ray is stopped, or open behind a corner; False where neither fits."""
+        wall = int(walk.wall[0])
+        if wall == NO_TWIN:
+            return False
+        left = float(obstructed.reach[0]) - float(walk.far[0])
+        if left <= _ARRIVED * self._step:
+            ended = replace(obstructed, reach=walk.far, state=np.array([ENDS_ON_BORDER]), end_border=walk.wall)
+            self._add(after, ended, walk)
+            return True
+        corner = find_passed_corner(self._domain, walk, on_right)
         if corner is None:
-            self._put(index, *self._prolonged(free, free_walk, on_right))
-            return
+            return False
         pivot, wedge = corner
-        full = float(domain.walls.angle[pivot])
-        at_corner = replace(out, lead=out.lead + far, reach=np.array([left]))
-        away = fan(wedge)
+        away = fan_angles(wedge)
         away[0] += _ASIDE
-        angles = away if on_right else full - away
-        self._put_crept(index, at_corner, pivot, 0.0, angles, on_right, full)
+        at_corner = replace(
+            obstructed,
+            pivot=np.array([pivot]),
+            place=np.zeros(1),
+            lead=obstructed.lead + walk.far,
+            reach=np.array([left]),
+        )
+        self._add_diffracted(after, at_corner, away, on_right)
+        return True
 
-    def _prolonged(self, free: RayTargets, walk: Walks, on_right: bool) -> tuple[RayTargets, Walks]:
-        """The way of a ray and, from its end, straight on along the child to the selvedge."""
-        domain, face = self.domain, walk.face[-1:]
-        here, there = domain.flat(face, walk.start[-1:])[0], domain.flat(face, walk.end[-1:])[0]
+    def _prolong(self, ray: RayTargets, walk: Walks, on_right: bool) -> tuple[RayTargets, Walks]:
+        """A ray and, from its end, straight on along the child to the free border on its right or left."""
+        domain, face = self._domain, walk.face[-1:]
+        here, there = domain.plane_points(face, walk.start[-1:])[0], domain.plane_points(face, walk.end[-1:])[0]
         ux, uy = (there - here) / max(float(np.linalg.norm(there - here)), np.finfo(float).tiny)
         ux, uy = (uy, -ux) if on_right else (-uy, ux)
         x, y, dx, dy = (np.array([value]) for value in (*there, ux, uy))
-        on = walk_far(domain.frames, 3 * face, x, y, dx, dy, np.array([_AHEAD * self.step]))
+        on = walk_far(domain.frames, 3 * face, x, y, dx, dy, np.array([_AHEAD * self._step]))
         both = Walks(
             np.array([0, len(walk.face) + len(on.face)]),
             np.concatenate([walk.face, on.face]),
@@ -258,338 +373,230 @@ class _Rims:
             on.wall_ux,
             on.wall_uy,
         )
-        rim = np.where(is_out(domain, on), on.wall, NO_TWIN)
-        return replace(free, reach=both.far, state=np.array([AT_RIM]), rim=rim), both
+        end_border = np.where(is_obstructed(domain, on), on.wall, NO_TWIN)
+        return replace(ray, reach=both.far, state=np.array([ENDS_ON_BORDER]), end_border=end_border), both
 
-    def _put_crept(
-        self, index: int, start: RayTargets, pivot: int, place: float, angles: Floats, on_right: bool, full: float
-    ) -> None:
-        """A fan at a place on a selvedge, what leaves it further on, and the ray that creeps along it."""
-        domain = self.domain
+    # Rays that leave the border.
+
+    def _add_diffracted(self, after: int, start: RayTargets, away: Floats, on_right: bool) -> None:
+        """Add a fan at a place on the boundary, what leaves the border further on, and the creeping ray.
+
+        ``start`` is a single ray with that place; ``away`` (k,) are the angles of the fan from the free border, which
+        lies on the right or on the left.
+        """
+        domain, pivot, place = self._domain, int(start.pivot[0]), float(start.place[0])
         if on_right or place > 0:
             halfedge, at = pivot, place
         else:
-            halfedge = int(domain.walls.before[pivot])
+            halfedge = int(domain.boundary.before[pivot])
             at = float(domain.frames.length[halfedge])
-        reach = float(start.reach[0])
-        if not domain.is_selvedge[halfedge]:
+        if not domain.is_free_border[halfedge]:
             return
+        reach, full = float(start.reach[0]), self._full_angle(pivot, place)
         diffracted = diffract(domain, halfedge=halfedge, place=at, on_right=on_right, reach=reach)
-        rays, walks = self._leaving(start, pivot, place, angles, diffracted)
-        along = walks_along([diffracted.halfedge], [diffracted.start], [diffracted.end], domain)
-        sign = 1.0 if on_right else -1.0
-        way = domain.frames.directions(np.array([halfedge]), np.array([sign]), np.zeros(1))
-        # At the end of the selvedge the way along it is stopped as by a wall.
-        ends_here = diffracted.state == AT_RIM and float(along.far[0]) > reach * (1 - _ARRIVED)
-        last = replace(
+        fan, fan_walks = self._leave_border(start, away if on_right else full - away, diffracted)
+        along = _walk_along_border(domain, diffracted)
+        state = ENDS_ON_BORDER if diffracted.ends_on_border else OBSTRUCTED
+        # Where the free border ends at a source, the creeping ray is stopped there.
+        ends_here = diffracted.ends_on_border and float(along.far[0]) > reach * (1 - _ARRIVED)
+        creeping = replace(
             start,
-            pivot=np.array([pivot]),
-            place=np.array([place]),
             angle=np.array([0.0 if on_right else full]),
-            way=way,
-            reach=np.minimum(along.far, reach) if diffracted.state == AT_RIM else start.reach,
-            state=np.array([diffracted.state]),
-            rim=np.where(ends_here, diffracted.halfedge[-1:], NO_TWIN),
+            direction=domain.frames.directions(
+                np.array([halfedge]), np.array([1.0 if on_right else -1.0]), np.zeros(1)
+            ),
+            reach=np.minimum(along.far, reach) if diffracted.ends_on_border else start.reach,
+            state=np.array([state]),
+            end_border=np.where(ends_here, diffracted.halfedge[-1:], NO_TWIN),
         )
-        self._put_in_order(index, [rays, last], [walks, along], on_right)
+        self._add_in_order(after, [fan, creeping], [fan_walks, along], on_right)
 
-    def _leaving(
-        self, start: RayTargets, pivot: int, place: float, angles: Floats, diffracted: DiffractedRays
-    ) -> tuple[RayTargets, Walks]:
-        """Rays that leave a selvedge: from where the way along it begins, and from corners further on."""
-        domain = self.domain
-        pivots = np.concatenate([np.full(len(angles), pivot), diffracted.pivot])
-        places = np.concatenate([np.full(len(angles), place), np.zeros(len(diffracted.pivot))])
+    def _leave_border(self, start: RayTargets, angles: Floats, diffracted: DiffractedRays) -> tuple[RayTargets, Walks]:
+        """Rays that leave a free border: at these angles (k,) where the creeping ray begins, and further on."""
+        domain, k = self._domain, len(angles)
+        pivot = np.concatenate([np.repeat(start.pivot, k), diffracted.pivot])
+        place = np.concatenate([np.repeat(start.place, k), np.zeros(len(diffracted.pivot))])
         angle = np.concatenate([angles, diffracted.angle])
-        gone = np.concatenate([np.zeros(len(angles)), diffracted.lead])
+        gone = np.concatenate([np.zeros(k), diffracted.lead])
         n = len(angle)
-        halfedge, px, ux, uy = find_ray_frames(domain, pivots, places, angle)
+        halfedge, px, ux, uy = find_ray_frames(domain, pivot, place, angle)
         reach = start.reach - gone
-        walks = walk_far(domain.frames, halfedge, px, np.zeros(n), ux, uy, reach + self.ahead)
-        none = np.full(n, NO_TWIN)
+        walks = walk_far(domain.frames, halfedge, px, np.zeros(n), ux, uy, reach + self._ahead)
         rays = RayTargets(
-            np.repeat(start.front, n),
-            np.repeat(start.station, n),
-            pivots,
-            places,
-            angle,
-            domain.frames.directions(halfedge, ux, uy),
-            start.lead + gone,
-            reach,
-            np.where(is_out(domain, walks) & (walks.far < reach), OUT, FREE),
-            none,
-            none,
+            front=np.repeat(start.front, n),
+            station=np.repeat(start.station, n),
+            pivot=pivot,
+            place=place,
+            angle=angle,
+            direction=domain.frames.directions(halfedge, ux, uy),
+            lead=start.lead + gone,
+            reach=reach,
+            state=np.where(is_obstructed(domain, walks) & (walks.far < reach), OBSTRUCTED, ARRIVES),
+            end_border=np.full(n, NO_TWIN),
+            walk=np.full(n, NO_TWIN),
         )
         return rays, walks
 
-    def _put(self, index: int, targets: RayTargets, walk: Walks) -> None:
-        self._put_in_order(index, [targets], [walk], True)
+    # Insertion.
 
-    def _put_in_order(self, index: int, targets: list[RayTargets], walks: list[Walks], on_right: bool) -> None:
-        """Put rays after one, or, seen from their own side, before the next; in the order away from it."""
-        joined = RayTargets.of(targets)
+    def _add(self, after: int, ray: RayTargets, walk: Walks) -> None:
+        """Add a ray after the one of that number, and after what was added there before."""
+        self._add_in_order(after, [ray], [walk], True)
+
+    def _add_in_order(self, after: int, rays: list[RayTargets], walks: list[Walks], on_right: bool) -> None:
+        """Add rays in their order, or in the reverse one where they go away to the left of the next ray."""
+        joined = RayTargets.concatenate(rays)
         joined = replace(joined, walk=self._n_walks + np.arange(len(joined)))
-        self.walks += walks
+        self._walks += walks
         self._n_walks += len(joined)
         self._added.append(joined if on_right else joined.take(np.arange(len(joined))[::-1]))
-        self._places.append(np.full(len(joined), float(index)))
+        self._added_after.append(np.full(len(joined), after))
 
     def _insert(self, kept: Bools) -> None:
+        """Sort the added rays in behind their numbers, and leave out rays that are not kept (n,)."""
         own = np.flatnonzero(kept)
-        place = np.concatenate([own.astype(np.float64), *(p + 0.5 for p in self._places)])
-        order = np.argsort(place, kind="stable")
-        self.targets = RayTargets.of([self.targets.take(own), *self._added]).take(order)
-        self._added, self._places = [], []
+        # Ray k has key 2k, and what comes after it 2k + 1: those in the order in which they were added.
+        key = np.concatenate([2 * own, *(2 * after + 1 for after in self._added_after)])
+        order = np.argsort(key, kind="stable")
+        self._targets = RayTargets.concatenate([self._targets.take(own), *self._added]).take(order)
+        self._added, self._added_after = [], []
 
 
-# ----------------------------------------------------------------------
-# `Aims`: the rays of fronts that come to selvedges, and what becomes of each.
-
-FREE, OUT, AT_RIM = 0, 1, 2
-"""A ray ends inside the surface; or a selvedge is in its way; or it ends on one, and its child with it."""
-
-_INSIDE = 1e-7
-"""Barycentric: rays along a wall run so far beside it."""
-
-_OFF_THE_WALL = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class RayTargets:
-    """Rays in the order of the fronts.
-
-    Parameters
-    ----------
-    front : (n,) int64
-    station, pivot, place, angle
-        As in `Seeds`; the pivot may be any vertex of a selvedge that the ray has come to.
-    way : (n, 3) float64
-        Direction in space, of rays that start at a front.
-    lead : (n,) float64
-        How far it is from the front to where the ray starts.
-    reach : (n,) float64
-        The step, less the lead.
-    state : (n,) int64
-    rim : (n,) int64
-        The halfedge of the selvedge on which the ray ends, -1 where it does not.
-    walk : (n,) int64
-        Number of its walk.
-    """
-
-    front: Ints
-    station: Floats
-    pivot: Ints
-    place: Floats
-    angle: Floats
-    way: Floats
-    lead: Floats
-    reach: Floats
-    state: Ints
-    rim: Ints
-    walk: Ints
-
-    def __len__(self) -> int:
-        return len(self.front)
-
-    def take(self, index: Ints | Bools) -> RayTargets:
-        """Some of the rays."""
-        return RayTargets(*(getattr(self, field.name)[index] for field in fields(self)))
-
-    @staticmethod
-    def of(parts: list[RayTargets]) -> RayTargets:
-        """One value of several."""
-        return RayTargets(
-            *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(RayTargets))
-        )
+def _first_targets(domain: Domain, starts: RayStarts, walks: Walks, reach: Floats) -> RayTargets:
+    """The given rays, obstructed where a free border stops them within their steps."""
+    n = len(starts.halfedge)
+    return RayTargets(
+        front=starts.owner,
+        station=starts.station,
+        pivot=starts.pivot,
+        place=starts.place,
+        angle=starts.angle,
+        direction=domain.frames.directions(starts.halfedge, starts.ux, starts.uy),
+        lead=np.zeros(n),
+        reach=reach,
+        state=np.where(is_obstructed(domain, walks) & (walks.far < reach), OBSTRUCTED, ARRIVES),
+        end_border=np.full(n, NO_TWIN),
+        walk=np.arange(n),
+    )
 
 
-def between(
-    domain: Domain, fronts: SurfaceCurves, free: RayTargets, out: RayTargets, on_right: Bools, share: Floats
+def _interpolate_rays(
+    domain: Domain, fronts: SurfaceCurves, one: RayTargets, other: RayTargets, on_right: Bools, share: Floats
 ) -> tuple[RayTargets, Walks]:
-    """Rays that are parts of the way from each free one to its neighbour, and their walks.
+    """Rays at shares (n,) of the gap from each ray to its neighbour on the right or left, and their walks.
 
-    Where both start at a front they start between the two; where they start at one place of a wall only
-    their directions differ.
+    Where both start at a front they start between the two; where they start at one place of the boundary only their
+    directions differ; a diffracted ray turns about its corner towards the border.
     """
-    by_angle = (free.pivot != NO_TWIN) & (free.pivot == out.pivot) & (free.place == out.place)
-    turned = by_angle | (free.lead > 0) | (out.lead > 0)
-    full = np.where(free.place == 0.0, domain.walls.angle[free.pivot], np.pi)
-    goal = np.where(by_angle, out.angle, np.where(on_right, 0.0, full))
-    angle = free.angle + (goal - free.angle) * share
-    pivot = np.where(turned, free.pivot, NO_TWIN)
-    place = np.where(turned, free.place, 0.0)
-    station = _stations_between(fronts, free, out, on_right, share)
-    way = free.way * (1 - share)[:, None] + out.way * share[:, None]
-    reach = np.where(turned, free.reach, free.reach * (1 - share) + out.reach * share)
-    segment, part = fronts.locate(station, free.front)
-    face = fronts.face[segment]
-    weights = fronts.start[segment] * (1 - part)[:, None] + fronts.end[segment] * part[:, None]
-    x, y = domain.flat(face, weights).T
-    ux, uy = domain.aimed(face, way)
+    by_angle = (one.pivot != NO_TWIN) & (one.pivot == other.pivot) & (one.place == other.place)
+    turned = by_angle | (one.lead > 0) | (other.lead > 0)
+    full = np.where(one.place == 0.0, domain.boundary.angle[one.pivot], np.pi)
+    goal = np.where(by_angle, other.angle, np.where(on_right, 0.0, full))
+    angle = one.angle + (goal - one.angle) * share
+    pivot = np.where(turned, one.pivot, NO_TWIN)
+    place = np.where(turned, one.place, 0.0)
+    station = _interpolate_stations(fronts, one, other, on_right, share)
+    direction = one.direction * (1 - share)[:, None] + other.direction * share[:, None]
+    reach = np.where(turned, one.reach, one.reach * (1 - share) + other.reach * share)
+    face, weights = fronts.interpolate(*fronts.locate(station, one.front))
+    x, y = domain.plane_points(face, weights).T
+    ux, uy = domain.plane_directions(face, direction)
     h = 3 * face
     at = np.flatnonzero(turned)
-    h[at], x[at], ux[at], uy[at] = find_ray_frames(
-        domain, pivot[at], place[at], kept_off_walls(domain, pivot, place, angle)[at]
-    )
+    inside = _turn_inside(domain, pivot, place, angle)
+    h[at], x[at], ux[at], uy[at] = find_ray_frames(domain, pivot[at], place[at], inside[at])
     y = np.where(turned, 0.0, y)
     walks = walk_far(domain.frames, h, x, y, ux, uy, reach)
-    none = np.full(len(free), NO_TWIN)
-    state = np.where(is_out(domain, walks), OUT, FREE)
-    lead = np.where(turned, free.lead, 0.0)
-    return RayTargets(free.front, station, pivot, place, angle, way, lead, reach, state, none, none), walks
+    none = np.full(len(one), NO_TWIN)
+    state = np.where(is_obstructed(domain, walks), OBSTRUCTED, ARRIVES)
+    lead = np.where(turned, one.lead, 0.0)
+    return RayTargets(one.front, station, pivot, place, angle, direction, lead, reach, state, none, none), walks
 
 
-def kept_off_walls(domain: Domain, pivot: Ints, place: Floats, angle: Floats) -> Floats:
-    """Directions at walls, turned into the surface by a trifle where they lead along or out of it."""
-    full = np.where(place == 0.0, domain.walls.angle[pivot], np.pi)
-    return np.clip(angle, _OFF_THE_WALL, full - _OFF_THE_WALL)
-
-
-def is_out(domain: Domain, walks: Walks) -> Bools:
-    """Which walks were ended by a selvedge."""
-    return np.asarray(walks.is_blocked & domain.is_selvedge[walks.wall])
-
-
-def _stations_between(
-    fronts: SurfaceCurves, free: RayTargets, out: RayTargets, on_right: Bools, share: Floats
+def _interpolate_stations(
+    fronts: SurfaceCurves, one: RayTargets, other: RayTargets, on_right: Bools, share: Floats
 ) -> Floats:
-    total = np.concatenate([[0.0], np.cumsum(fronts.lengths)])
-    low, high = total[fronts.offsets[free.front]], total[fronts.offsets[free.front + 1]]
-    there = out.station + np.where(on_right & (out.station < free.station), high - low, 0.0)
-    there = there - np.where(~on_right & (out.station > free.station), high - low, 0.0)
-    station = free.station + (there - free.station) * share
+    """Stations (n,) at shares of the way, around the ends of closed fronts as well."""
+    total = np.concatenate([[0.0], np.cumsum(fronts.segment_lengths)])
+    low, high = total[fronts.offsets[one.front]], total[fronts.offsets[one.front + 1]]
+    there = other.station + np.where(on_right & (other.station < one.station), high - low, 0.0)
+    there = there - np.where(~on_right & (other.station > one.station), high - low, 0.0)
+    station = one.station + (there - one.station) * share
     station = np.where(station >= high, station - (high - low), station)
     return np.asarray(np.where(station < low, station + (high - low), station))
 
 
-def walks_along(halfedges: list[Ints], starts: list[Floats], ends: list[Floats], domain: Domain) -> Walks:
-    """Walks along walls: for each its halfedges, and from which part of each to which."""
-    offsets = offsets_of([len(h) for h in halfedges])
-    owner = rows_of(offsets)
-    h = np.concatenate([np.zeros(0, np.int64), *halfedges])
-    start, end = np.concatenate([np.zeros(0), *starts]), np.concatenate([np.zeros(0), *ends])
-    length = np.abs(end - start) * domain.frames.length[h]
-    total = np.concatenate([[0.0], np.cumsum(length)])
-    begin = total[:-1] - total[offsets[:-1]][owner]
-    finish = begin + length
-    far = np.bincount(owner, length, minlength=len(halfedges)).astype(np.float64)
-    n, zero = len(halfedges), np.zeros(len(halfedges))
-    lifted = _lifted(on_halfedge(h, start)), _lifted(on_halfedge(h, end))
-    return Walks(offsets, h // 3, *lifted, begin, finish, far, np.full(n, NO_TWIN), zero, zero)
+def _turn_inside(domain: Domain, pivot: Ints, place: Floats, angle: Floats) -> Floats:
+    """Directions (n,) from boundary halfedges, turned into the surface where they lead along the boundary or out."""
+    full = np.where(place == 0.0, domain.boundary.angle[pivot], np.pi)
+    return np.clip(angle, _OFF_THE_BORDER, full - _OFF_THE_BORDER)
 
 
-def _lifted(weights: Floats) -> Floats:
+def is_obstructed(domain: Domain, walks: Walks) -> Bools:
+    """Which walks were ended by a free border.
+
+    Parameters
+    ----------
+    domain : Domain
+    walks : Walks
+        Of n rays.
+
+    Returns
+    -------
+    (n,) bool
+    """
+    return np.asarray(walks.is_blocked & domain.is_free_border[walks.wall])
+
+
+# ----------------------------------------------------------------------
+# Walks as ragged arrays.
+
+
+def _walk_along_border(domain: Domain, diffracted: DiffractedRays) -> Walks:
+    """The way of a creeping ray, just inside the faces beside the border."""
+    h, start, end = diffracted.halfedge, diffracted.start, diffracted.end
+    total = np.concatenate([[0.0], np.cumsum(np.abs(end - start) * domain.frames.length[h])])
+    return Walks(
+        offsets=np.array([0, len(h)]),
+        face=h // 3,
+        start=_lift_off_edge(on_halfedge(h, start)),
+        end=_lift_off_edge(on_halfedge(h, end)),
+        begin=total[:-1],
+        finish=total[1:],
+        far=total[-1:],
+        wall=np.full(1, NO_TWIN),
+        wall_ux=np.zeros(1),
+        wall_uy=np.zeros(1),
+    )
+
+
+def _lift_off_edge(weights: Floats) -> Floats:
     kept = np.maximum(weights, _INSIDE)
     return np.asarray(kept / kept.sum(1, keepdims=True))
 
 
-def strung(parts: list[Walks], order: Ints) -> Walks:
-    """The walks of several values, one after the other, in the given order."""
+def _gather_walks(parts: list[Walks], order: Ints) -> Walks:
+    """The walks of several values, numbered one value after the other, in the given order."""
+    offsets = offsets_of(np.concatenate([np.diff(part.offsets) for part in parts]))
     names = [field.name for field in fields(Walks)][1:]
-    face, start, end, begin, finish, far, wall, ux, uy = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in names
-    )
-    counts = np.concatenate([np.diff(part.offsets) for part in parts])
-    first = offsets_of(counts)[:-1]
-    offsets = offsets_of(counts[order])
+    joined = Walks(offsets, *(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return _take_walks(joined, order)
+
+
+def _take_walks(walks: Walks, index: Ints) -> Walks:
+    """The walks of these numbers, in their order."""
+    offsets = offsets_of(np.diff(walks.offsets)[index])
     owner = rows_of(offsets)
-    row = first[order][owner] + np.arange(len(owner)) - offsets[owner]
+    row = walks.offsets[:-1][index][owner] + np.arange(len(owner)) - offsets[owner]
     return Walks(
-        offsets, face[row], start[row], end[row], begin[row], finish[row], far[order], wall[order], ux[order], uy[order]
+        offsets,
+        walks.face[row],
+        walks.start[row],
+        walks.end[row],
+        walks.begin[row],
+        walks.finish[row],
+        walks.far[index],
+        walks.wall[index],
+        walks.wall_ux[index],
+        walks.wall_uy[index],
     )
-
-
-# ----------------------------------------------------------------------
-# Rays that creep along a selvedge, and leave it where it turns away.
-#
-# So do shortest paths, which bend around its reflex corners.
-
-STRAIGHT = 0.05
-"""Radians that a selvedge may turn away before rays leave it, or turn in before none goes on along it."""
-
-_LEAVES = 1e-4
-_OFF_THE_VERTEX = 1e-4
-
-_AT_THE_VERTEX = 0.02
-"""Parts of an edge: a walk that ends so near to its vertex may be one that passes a corner there."""
-
-_LEAST_WEDGE = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class DiffractedRays:
-    """What leaves a place on a selvedge, in the order in which the way along it comes to it.
-
-    Parameters
-    ----------
-    pivot, angle, lead : (k,)
-        Rays that leave the selvedge: the vertex, as the tail of a halfedge of the wall, the direction from that, and
-        how far it is to there.
-    halfedge, start, end : (m,)
-        The way along the selvedge, and from which part of each halfedge to which.
-    state : int
-        `AT_RIM` where the step ends on the selvedge, `OUT` where the selvedge turns into the way.
-    """
-
-    pivot: Ints
-    angle: Floats
-    lead: Floats
-    halfedge: Ints
-    start: Floats
-    end: Floats
-    state: int
-
-
-def diffract(domain: Domain, *, halfedge: int, place: float, on_right: bool, reach: float) -> DiffractedRays:
-    """Walk along a selvedge from a place on a halfedge of it, with the selvedge on one's right or left."""
-    walls, length = domain.walls, domain.frames.length
-    leaving: list[tuple[int, float, float]] = []
-    way: list[tuple[int, float, float]] = []
-    gone, net, at, x, state = 0.0, 0.0, halfedge, place, AT_RIM
-    while True:
-        size = float(length[at])
-        room = size - x if on_right else x
-        if reach - gone <= room:
-            end = float(
-                np.clip((x + (reach - gone) * (1 if on_right else -1)) / size, _OFF_THE_VERTEX, 1 - _OFF_THE_VERTEX)
-            )
-            way.append((at, x / size, end))
-            break
-        way.append((at, x / size, 1.0 if on_right else 0.0))
-        gone += room
-        onward = int(walls.after[at] if on_right else walls.before[at])
-        if not domain.is_selvedge[onward]:
-            break
-        pivot = onward if on_right else at
-        turn = float(walls.angle[pivot]) - np.pi
-        net = net + turn
-        if net < -STRAIGHT:
-            state = OUT
-            break
-        if net > STRAIGHT and turn > _LEAVES:
-            angles = fan(turn)
-            leaving += [(pivot, a if on_right else np.pi + turn - a, gone) for a in angles.tolist()]
-            net = 0.0
-        at, x = onward, 0.0 if on_right else float(length[onward])
-    left, diffracted = np.array(leaving).reshape(-1, 3), np.array(way)
-    corners, halfedges = left[:, 0].astype(np.int64), diffracted[:, 0].astype(np.int64)
-    return DiffractedRays(corners, left[:, 1], left[:, 2], halfedges, diffracted[:, 1], diffracted[:, 2], state)
-
-
-def fan(wedge: float) -> Floats:
-    """Angles from a wedge down to 0, which is left out."""
-    count = max(1, int(np.ceil(wedge / FAN_ANGLE)))
-    return np.asarray(wedge * (1.0 - np.arange(count) / count))
-
-
-def corner_passed(domain: Domain, walk: Walks, on_right: bool) -> tuple[int, float] | None:
-    """The corner of a selvedge by which a walk is stopped as it just passes it, and the angle that opens behind."""
-    wall, walls = int(walk.wall[0]), domain.walls
-    part = float(walk.end[-1][(wall % 3 + 1) % 3])
-    slant = float(np.arctan2(-walk.wall_uy[0], walk.wall_ux[0]))
-    pivot = int(walls.after[wall]) if on_right else wall
-    beyond = pivot if on_right else int(walls.before[wall])
-    wedge = float(walls.angle[pivot]) - (np.pi + slant if on_right else 2 * np.pi - slant)
-    is_there = (1.0 - part if on_right else part) < _AT_THE_VERTEX
-    is_passed = is_there and wedge > -STRAIGHT and domain.is_selvedge[beyond]
-    return (pivot, max(wedge, _LEAST_WEDGE)) if is_passed else None

@@ -1,7 +1,15 @@
-"""The steps of a front: straight walks from its vertices, each as long as the spacing (§4.2).
+"""The offset of a front's vertices by one step (Yan et al. 2016, §4.2): the end of each ray is a vertex of the child.
 
-A ray is walked a little further than its end.  How far it comes before it meets an ancestor
-tells whether the front had room (§4.5).
+Each vertex walks one spacing along a straightest geodesic, at right angles to the front.  A ray is walked a little
+further than its step, to `BEYOND`: how far it comes before it meets an ancestor decides whether the child had room
+(§4.5)::
+
+    front                    child
+      |--------- step ---------|-- beyond --|
+      o----------------------->o - - - - - -
+    start       reach          end                 lead: from the front to the start, where rays leave an obstacle
+
+The time is linear in the faces crossed.
 """
 
 from __future__ import annotations
@@ -14,22 +22,34 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.geodesics import Walks, place_along, walk_far
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.offsetting.propagation.obstacle_shadows import AT_RIM, FREE, OUT, is_out, part_at_selvedges
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.obstacle_shadows import (
+    ARRIVES,
+    ENDS_ON_BORDER,
+    OBSTRUCTED,
+    is_obstructed,
+    resolve_obstacles,
+)
 from weavecore.offsetting.propagation.ray_directions import RayStarts
-from weavecore.offsetting.propagation.surface_curves import Domain, next_along
+from weavecore.offsetting.propagation.surface_curves import next_along
 from weavecore.tolerances import LEAST_CAP
 
 BEYOND = 1.0 + 6.0 * LEAST_CAP
-"""Spacings that a ray is walked: where all of them come to an ancestor, a child has hardly room."""
+"""Spacings that a ray is walked: a child all of whose rays meet an ancestor within them may lack room."""
 
 _BEFORE_A_STOP = 0.95
+"""Parts of its way at which a stopped ray ends: clear of what stops it, and still inside what the step has swept."""
+
 _JITTER = 1e-7
+"""Parts by which steps differ: two fronts that meet after whole steps would coincide, and so they cross."""
+
 _GOLDEN = 0.6180339887498949
+"""The golden ratio less 1: its multiples, modulo 1, are spread evenly, and no two rays near each other step alike."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrontRays:
-    """The rays of some fronts, in the order of the fronts.
+    """The rays of some fronts, in the order of the fronts and along them.
 
     Parameters
     ----------
@@ -38,17 +58,18 @@ class FrontRays:
     closed : (C,) bool
         Which fronts are closed.
     walks : Walks
-        Of all rays, each `BEYOND` times as long as its step unless a wall is in the way.
+        The way of each ray, `BEYOND` times as long as its step unless the boundary is in the way.
     lead, reach : (n,) float64
-        The step of each ray: how far it is from the front to where the ray starts, and from there on.
+        The step of each ray: length from the front to where the ray starts, and from there on.
     start : (n, 3) float64
         Where the ray starts.
     stop : (n,) float64
-        How far it is to what stops the ray: a wall, or another front; infinite where nothing does or a selvedge does.
-    is_out : (n,) bool
-        Whether a selvedge is in the way, before the step has ended: no child goes there.
-    rim : (n,) int64
-        The halfedge of the selvedge on which the step ends, and an open child with it; -1 elsewhere.
+        Length from the start to what stops the ray: a source, or another front; infinite where nothing does, or a
+        free border.
+    is_obstructed : (n,) bool
+        Whether a free border is in the way before the step has ended: the child does not go there.
+    end_border : (n,) int64
+        The free-border halfedge on which the step ends, and an open child with it; -1 elsewhere.
     step : float
         The distance by which the fronts are offset.
     """
@@ -60,8 +81,8 @@ class FrontRays:
     reach: Floats
     start: Floats
     stop: Floats
-    is_out: Bools
-    rim: Ints
+    is_obstructed: Bools
+    end_border: Ints
     step: float
 
     def __len__(self) -> int:
@@ -83,24 +104,23 @@ class FrontRays:
         return rows_of(self.walks.offsets)
 
     def take(self, chosen: Bools) -> FrontRays:
-        """The rays of some of the fronts."""
+        """The rays of the fronts where ``chosen`` (C,) is true."""
         kept = chosen[self.owner]
-        walks = self.walks.take(kept)
         return FrontRays(
             offsets_of(np.diff(self.offsets)[chosen]),
             self.closed[chosen],
-            walks,
+            self.walks.take(kept),
             self.lead[kept],
             self.reach[kept],
             self.start[kept],
             self.stop[kept],
-            self.is_out[kept],
-            self.rim[kept],
+            self.is_obstructed[kept],
+            self.end_border[kept],
             self.step,
         )
 
     def stopped(self, ray: Ints, far: Floats) -> FrontRays:
-        """The same rays, of which some are stopped when they have come so far."""
+        """The same, with rays (k,) stopped at lengths (k,) from their starts, if not before."""
         stop = self.stop.copy()
         np.minimum.at(stop, ray, far)
         return replace(self, stop=stop)
@@ -108,15 +128,16 @@ class FrontRays:
 
 @dataclass(frozen=True, eq=False)
 class ChildVertices:
-    """Where steps end: the vertices of the children.
+    """Where the steps end: the vertices of the children before anything is reconnected.
 
     Parameters
     ----------
     face : (n,) int64
     weights : (n, 3) float64
+        Barycentric coordinates.
     points : (n, 3) float64
     far : (n,) float64
-        How long the steps are.
+        Length of each step from the ray's start.
     """
 
     face: Ints
@@ -126,59 +147,95 @@ class ChildVertices:
 
 
 def cast_rays(domain: Domain, starts: RayStarts, *, spacing: float) -> FrontRays:
-    """Walk one step and a little from each seed."""
+    """Walk one step and a little beyond it from each start.
+
+    Parameters
+    ----------
+    domain : Domain
+    starts : RayStarts
+    spacing : float
+        In the domain's unit.
+
+    Returns
+    -------
+    FrontRays
+        One for each start, and on surfaces with free borders those that pass around these.
+
+    Raises
+    ------
+    Degenerate
+        Where free borders are so ragged that the rays around them do not settle.
+    """
     n = len(starts.halfedge)
-    # Fronts that meet after whole steps would coincide: a trifle tells them apart.
-    trifle = _JITTER * ((np.arange(n) * _GOLDEN) % 1.0 - 0.5)
-    reach = spacing * starts.stretch * (1.0 + trifle)
+    jitter = _JITTER * ((np.arange(n) * _GOLDEN) % 1.0 - 0.5)
+    reach = spacing * starts.stretch * (1.0 + jitter)
     walks = walk_far(domain.frames, starts.halfedge, starts.px, starts.py, starts.ux, starts.uy, BEYOND * reach)
     if domain.has_free_borders:
-        return _cast_at_selvedges(domain, starts, walks, reach, spacing)
-    stop, none = np.where(walks.is_blocked, walks.far, np.inf), np.full(n, NO_TWIN)
-    start = _starts(domain, walks)
-    closed = starts.fronts.closed
-    return FrontRays(starts.offsets, closed, walks, np.zeros(n), reach, start, stop, none != NO_TWIN, none, spacing)
+        return _cast_around_obstacles(domain, starts, walks, reach, spacing)
+    return FrontRays(
+        offsets=starts.offsets,
+        closed=starts.curves.closed,
+        walks=walks,
+        lead=np.zeros(n),
+        reach=reach,
+        start=_find_starts(domain, walks),
+        stop=np.where(walks.is_blocked, walks.far, np.inf),
+        is_obstructed=np.zeros(n, bool),
+        end_border=np.full(n, NO_TWIN),
+        step=spacing,
+    )
 
 
-def _starts(domain: Domain, walks: Walks) -> Floats:
+def _cast_around_obstacles(domain: Domain, starts: RayStarts, walks: Walks, reach: Floats, spacing: float) -> FrontRays:
+    ahead = (BEYOND - 1.0) * spacing
+    targets, walks = resolve_obstacles(domain, starts, walks, reach, step=spacing, ahead=ahead)
+    # Sources stop rays, and so does the end of a free border along which a ray creeps.
+    is_stopped = (targets.state == ARRIVES) & walks.is_blocked & ~is_obstructed(domain, walks)
+    is_stopped |= (targets.state == ENDS_ON_BORDER) & (targets.end_border == NO_TWIN)
+    return FrontRays(
+        offsets=offsets_of(np.bincount(targets.front, minlength=len(starts.curves))),
+        closed=starts.curves.closed,
+        walks=walks,
+        lead=targets.lead,
+        reach=targets.reach,
+        start=_find_starts(domain, walks),
+        stop=np.where(is_stopped, walks.far, np.inf),
+        is_obstructed=targets.state == OBSTRUCTED,
+        end_border=targets.end_border,
+        step=spacing,
+    )
+
+
+def _find_starts(domain: Domain, walks: Walks) -> Floats:
     first = walks.offsets[:-1]
     return domain.points(walks.face[first], walks.start[first])
 
 
-def _cast_at_selvedges(domain: Domain, starts: RayStarts, walks: Walks, reach: Floats, spacing: float) -> FrontRays:
-    ahead = (BEYOND - 1.0) * spacing
-    targets, walks = part_at_selvedges(domain, starts, walks, reach, step=spacing, ahead=ahead)
-    stopped = (targets.state == FREE) & walks.is_blocked & ~is_out(domain, walks)
-    stopped |= (targets.state == AT_RIM) & (targets.rim == NO_TWIN)
-    return FrontRays(
-        offsets_of(np.bincount(targets.front, minlength=len(starts.fronts))),
-        starts.fronts.closed,
-        walks,
-        targets.lead,
-        targets.reach,
-        _starts(domain, walks),
-        np.where(stopped, walks.far, np.inf),
-        targets.state == OUT,
-        targets.rim,
-        spacing,
-    )
-
-
 def offset_vertices(domain: Domain, rays: FrontRays) -> ChildVertices:
-    """Where the step of each ray ends.
+    """The place at which the step of each ray ends (§4.2).
 
-    One that is stopped within its step ends a little before: what lies there is nearer to what
-    stops it than the spacing and will be taken out, so it matters only that the child goes on unbroken.
+    A ray that is stopped within its step ends a little before: that place is nearer to what stops the ray than the
+    spacing and will be taken out, so it matters only that the child goes on unbroken.
+
+    Parameters
+    ----------
+    domain : Domain
+    rays : FrontRays
+
+    Returns
+    -------
+    ChildVertices
+        In the order of the rays.
     """
     end = np.minimum(rays.reach, _BEFORE_A_STOP * rays.stop)
     face, weights = place_along(rays.walks, end)
-    at = np.flatnonzero((rays.rim != NO_TWIN) & (end == rays.reach))
-    face[at], weights[at] = rays.rim[at] // 3, _on_rim(weights[at], rays.rim[at])
+    at = np.flatnonzero((rays.end_border != NO_TWIN) & (end == rays.reach))
+    face[at], weights[at] = rays.end_border[at] // 3, _onto_border(weights[at], rays.end_border[at])
     return ChildVertices(face, weights, domain.points(face, weights), end)
 
 
-def _on_rim(weights: Floats, rim: Ints) -> Floats:
-    """Barycentric coordinates moved onto the edge of the selvedge that they lie beside."""
+def _onto_border(weights: Floats, halfedge: Ints) -> Floats:
+    """Barycentric coordinates (k, 3) moved onto the halfedges (k,) beside which they lie."""
     kept = weights.copy()
-    kept[np.arange(len(rim)), (rim + 2) % 3] = 0.0
+    kept[np.arange(len(halfedge)), (halfedge + 2) % 3] = 0.0
     return np.asarray(kept / kept.sum(1, keepdims=True))

@@ -1,4 +1,12 @@
-"""`Ground`: the surface that fronts walk on, and `Curves`: closed and open curves drawn on it."""
+"""`SurfaceCurves`: polylines embedded in the mesh, each segment in one face.
+
+The paper's polylines have straight segments in space (Yan et al. 2016, §4.2).  Here each is cut where it crosses an
+edge, so that intersections can be found face by face::
+
+       vertex            edge            edge       vertex
+         o----- segment --+--- segment ---+---------- o        is_vertex: 1 0 0 1
+           in face f        in face g       in face h
+"""
 
 from __future__ import annotations
 
@@ -7,142 +15,31 @@ from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, order_cycles, rows_of
-from weavecore.geometry.geodesics import Unfolding
-from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.model.surface import SurfaceMesh
-from weavecore.offsetting.distance.ray_seeds import Corners
-
-
-class Domain:
-    """A surface laid flat face by face, about the origin, in units of its median edge.
-
-    Attributes
-    ----------
-    frames : Unfolding
-        Borders and cuts are walls.
-    is_selvedge : (3F,) bool
-        Walls from which no distance starts.
-    normals : (F, 3) float64
-    scale : float
-        The unit in units of the model.
-    area : float
-    """
-
-    def __init__(self, surface: SurfaceMesh) -> None:
-        self.scale = float(np.median(surface.edge_lengths)) or 1.0
-        vertices = (surface.vertices - surface.vertices.mean(axis=0)) / self.scale
-        self.twins: Ints = np.where(surface.is_cut, NO_TWIN, surface.twins)
-        self.frames = Unfolding(vertices, surface.faces, self.twins)
-        self.is_selvedge: Bools = surface.is_selvedge
-        self.has_free_borders = bool(self.is_selvedge.any())
-        self.normals = surface.face_normals
-        self.vertices, self.faces = vertices, surface.faces
-        self.area = float((self.frames.length * self.frames.apex_y)[0::3].sum() / 2)
-
-    @cached_property
-    def walls(self) -> BoundaryHalfedges:
-        """How the walls hang together."""
-        return BoundaryHalfedges(self.frames)
-
-    def points(self, face: Ints, weights: Floats) -> Floats:
-        """(n, 3) points with barycentric coordinates (n, 3) in faces."""
-        points: Floats = np.einsum("nk,nkd->nd", weights, self.vertices[self.faces[face]])
-        return points
-
-    def free_borders_at(self, face: Ints, weights: Floats) -> tuple[Ints, Floats]:
-        """The halfedges of selvedges on which places lie, -1 where they lie on none, and how far along them."""
-        apex = weights.argmin(1)
-        row, halfedge = np.arange(len(face)), 3 * face + (apex + 1) % 3
-        is_there = (weights[row, apex] == 0.0) & self.is_selvedge[halfedge]
-        place = weights[row, (apex + 2) % 3] * self.frames.length[halfedge]
-        return np.where(is_there, halfedge, NO_TWIN), place
-
-    def flat(self, face: Ints, weights: Floats) -> Floats:
-        """(n, 2) the same in the frames of the first halfedges of the faces."""
-        h = 3 * face
-        x = weights[:, 1] * self.frames.length[h] + weights[:, 2] * self.frames.apex_x[h]
-        return np.stack([x, weights[:, 2] * self.frames.apex_y[h]], axis=1)
-
-    def aimed(self, face: Ints, vectors: Floats) -> tuple[Floats, Floats]:
-        """Unit directions in those frames that vectors (n, 3) in the faces' planes have."""
-        corners = self.vertices[self.faces[face]]
-        along = corners[:, 1] - corners[:, 0]
-        along = along / self.frames.length[3 * face][:, None]
-        x = np.einsum("ij,ij->i", vectors, along)
-        y = np.einsum("ij,ij->i", vectors, np.cross(self.normals[face], along))
-        size = np.maximum(np.hypot(x, y), np.finfo(float).tiny)
-        return x / size, y / size
-
-
-class BoundaryHalfedges:
-    """What comes before and after along each wall, and how much surface there is between; arrays (3F,).
-
-    Attributes
-    ----------
-    offsets, halfedges : (W+1,), (n,) int64
-        The halfedges of each wall, in order, with the surface on their left.
-    after, before : int64
-        The halfedge of a wall that begins where this one ends, and the one that ends where it begins.
-    angle : float64
-        Of the surface between this one and the one before.
-    """
-
-    def __init__(self, frames: Unfolding) -> None:
-        wall = np.flatnonzero(frames.twin == NO_TWIN)
-        corners = Corners(frames, wall)
-        self.before: Ints = np.full(len(frames.twin), NO_TWIN)
-        self.before[wall] = wall[corners.before]
-        self.after: Ints = np.full(len(frames.twin), NO_TWIN)
-        self.after[self.before[wall]] = wall
-        self.angle: Floats = np.zeros(len(frames.twin))
-        self.angle[wall] = corners.total
-        number = np.full(len(frames.twin), NO_TWIN)
-        number[wall] = np.arange(len(wall))
-        order, self.offsets = order_cycles(number[self.after[wall]])
-        self.halfedges: Ints = wall[order]
-        length = frames.length[self.halfedges]
-        self._station = np.zeros(len(frames.twin))
-        self._station[self.halfedges] = np.cumsum(length) - length
-        self._loop = np.full(len(frames.twin), NO_TWIN)
-        self._loop[self.halfedges] = rows_of(self.offsets)
-        self._around = np.bincount(rows_of(self.offsets), length, minlength=len(self.offsets) - 1)
-
-    def measure_along(self, start: Ints, start_place: Floats, end: Ints, end_place: Floats) -> Floats:
-        """How far it is along walls, the surface on the left, between places on them; infinite between two walls."""
-        way = self._station[end] + end_place - self._station[start] - start_place
-        is_one = self._loop[start] == self._loop[end]
-        return np.asarray(np.where(is_one, way % self._around[self._loop[start]], np.inf))
-
-
-def next_along(offsets: Ints, closed: Bools) -> Ints:
-    """For each value of a ragged array the index of the next one of its row; the last of an open row stays."""
-    after = next_in_loop(offsets)
-    last = offsets[1:][~closed & (np.diff(offsets) > 0)] - 1
-    after[last] = last
-    return after
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceCurves:
-    """Curves on the ground: segments, each in one face, curve after curve.
+    """Closed and open curves on a `Domain`, curve after curve; each has the unswept surface on its left.
 
-    The last segment of an open curve is a point, its end, and comes after itself.
+    The last segment of an open curve is its end point: its length is 0, and it follows itself.
 
     Parameters
     ----------
     offsets : (C+1,) int64
+        Where the segments of each curve begin.
     closed : (C,) bool
     face : (m,) int64
+        The face of each segment.
     start, end : (m, 3) float64
         Barycentric coordinates of both ends of each segment in its face.
     is_vertex : (m,) bool
-        Whether a segment begins at a vertex of the polyline: where it was put by an offset or by a
-        reconnection, not where it only goes from one face to the next.
+        Whether a segment begins at a vertex of the polyline, made by an offset or by a reconnection; elsewhere the
+        curve only goes from one face to the next.
     is_corner : (m,) bool
-        Whether that vertex comes from a reconnection.
+        Whether that vertex was made by a reconnection.
     points : (m, 3) float64
-        Where each segment begins.
+        Where each segment begins, in the domain's unit.
     """
 
     offsets: Ints
@@ -168,31 +65,54 @@ class SurfaceCurves:
         return next_along(self.offsets, self.closed)
 
     @cached_property
-    def lengths(self) -> Floats:
+    def segment_lengths(self) -> Floats:
         """(m,) length of each segment."""
         lengths: Floats = np.linalg.norm(self.points[self.after] - self.points, axis=1)
         return lengths
 
-    def locate(self, station: Floats, owner: Ints) -> tuple[Ints, Floats]:
-        """Segments (n,) of curves, and where on them in 0 to 1, at arc lengths counted along all curves."""
-        total = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        segment = np.searchsorted(total, station, side="right") - 1
-        segment = np.clip(segment, self.offsets[owner], self.offsets[owner + 1] - 1)
-        length = self.lengths[segment]
-        part = np.divide(station - total[segment], length, out=np.zeros(len(segment)), where=length > 0)
-        return segment, np.clip(part, 0.0, 1.0)
+    @property
+    def curve_lengths(self) -> Floats:
+        """(C,) length of each curve."""
+        return np.bincount(self.owner, self.segment_lengths, minlength=len(self)).astype(np.float64)
 
     @property
     def ends(self) -> tuple[Ints, Ints]:
         """First and last segments (c,) of the open curves."""
         return self.offsets[:-1][~self.closed], self.offsets[1:][~self.closed] - 1
 
+    def locate(self, station: Floats, owner: Ints) -> tuple[Ints, Floats]:
+        """Segments at arc lengths.
+
+        Parameters
+        ----------
+        station : (n,) float64
+            Arc length summed over all curves in order.
+        owner : (n,) int64
+            The curve of each: it decides where two curves share a station.
+
+        Returns
+        -------
+        segment : (n,) int64
+        part : (n,) float64
+            Where on the segment, in 0 to 1.
+        """
+        total = np.concatenate([[0.0], np.cumsum(self.segment_lengths)])
+        segment = np.searchsorted(total, station, side="right") - 1
+        segment = np.clip(segment, self.offsets[owner], self.offsets[owner + 1] - 1)
+        length = self.segment_lengths[segment]
+        part = np.divide(station - total[segment], length, out=np.zeros(len(segment)), where=length > 0)
+        return segment, np.clip(part, 0.0, 1.0)
+
+    def interpolate(self, segment: Ints, part: Floats) -> tuple[Ints, Floats]:
+        """Face (n,) and barycentric coordinates (n, 3) of places on segments, given by their parts in 0 to 1."""
+        weights = self.start[segment] * (1 - part)[:, None] + self.end[segment] * part[:, None]
+        return self.face[segment], weights
+
     def take(self, chosen: Bools) -> SurfaceCurves:
-        """Some of the curves."""
+        """The curves where ``chosen`` (C,) is true."""
         kept = chosen[self.owner]
-        counts = np.diff(self.offsets)[chosen]
         return SurfaceCurves(
-            np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            offsets_of(np.diff(self.offsets)[chosen]),
             self.closed[chosen],
             self.face[kept],
             self.start[kept],
@@ -201,3 +121,22 @@ class SurfaceCurves:
             self.is_corner[kept],
             self.points[kept],
         )
+
+
+def next_along(offsets: Ints, closed: Bools) -> Ints:
+    """The next value along closed and open rows of a ragged array.
+
+    Parameters
+    ----------
+    offsets : (C+1,) int64
+    closed : (C,) bool
+
+    Returns
+    -------
+    (n,) int64
+        Index of the next value; the last of a closed row is followed by its first, that of an open one by itself.
+    """
+    after = next_in_loop(offsets)
+    last = offsets[1:][~closed & (np.diff(offsets) > 0)] - 1
+    after[last] = last
+    return after
