@@ -3,8 +3,8 @@
     pip install -e ".[bench]"
     python benchmarks/chosen_borders.py
 
-Distances start at the first border, or at half of the only one.  The other borders, or the other half, are free borders,
-which cut the polylines.  The error is that of the points of the polylines, off the cut locus, against an exact polyhedral
+Distances start at the first border, or at half of the only one.  The others, or the other half, are free borders, which
+cut the polylines.  The error is that of the points of the polylines, off the cut locus, against an exact polyhedral
 solver, in percent of the spacing.
 """
 

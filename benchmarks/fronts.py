@@ -130,11 +130,11 @@ EXPLANATION = [
     "",
     "For the same reason, at another spacing, a neck of less than that width may be open by one method and closed by",
     "the other.  A pocket about as deep as the least cap (4% of the spacing) may have a ring by one and none by the",
-    "other: *levels* takes its depth at vertices, *fronts* offsets it by the least cap and tests whether anything is left.",
+    "other: *levels* takes its depth at vertices, *fronts* offsets it by the least cap and tests whether it vanishes.",
 ]
 FOOT = [
-    "The error is in percent of the spacing, off the cut locus; it is not measured on surfaces that were cut.  *Checks*",
-    "are those of `weavecore.validate`.",
+    "The error is in percent of the spacing, off the cut locus; it is not measured on surfaces that were cut.",
+    "*Checks* are those of `weavecore.validate`.",
 ]
 
 if __name__ == "__main__":
