@@ -113,12 +113,26 @@ def test_a_fan_leaves_out_the_border_and_has_no_gap_wider_than_its_angle():
         assert np.abs(np.diff(np.append(angles, 0.0))).max() <= FAN_ANGLE + 1e-12
 
 
-def test_around_a_round_hole_the_creeping_ray_leaves_rays_all_the_way():
-    surface = flat_surface([rectangle(8, 6), circle(1.3, n=40)], 0.25)
+@pytest.mark.parametrize(("n", "n_corners"), [(40, 40), (200, 100)])
+def test_around_a_round_hole_rays_leave_wherever_it_has_turned_by_more_than_a_straight_border(n, n_corners):
+    surface = flat_surface([rectangle(8, 6), circle(1.3, n=n)], 0.25)
     domain = Domain(starting_where(surface, left_of(-4 + 1e-9)))
     loops = np.split(domain.boundary.halfedges, domain.boundary.offsets[1:-1])
     hole = next(loop for loop in loops if domain.is_free_border[loop].all())
     around = float(domain.frames.length[hole].sum())
     rays = diffract(domain, halfedge=int(hole[0]), place=0.0, on_right=True, reach=around * 0.99)
-    assert len(np.unique(rays.pivot)) > 30
+    assert len(np.unique(rays.pivot)) == pytest.approx(n_corners, abs=2)
     assert rays.ends_on_border
+
+
+def test_where_a_border_slants_into_the_way_the_last_step_ends_on_it():
+    slanted = np.array([[-3.0, -2], [3, -1], [3, 1], [-3, 2]])
+    domain = Domain(starting_where(flat_surface([slanted], 0.25), left_of(-3 + 1e-9)))
+    _, _, targets, walks = resolve(domain, 1.0 / domain.scale)
+    ended = np.flatnonzero(targets.state == ENDS_ON_BORDER)
+    assert len(ended) == 2
+    assert domain.is_free_border[targets.end_border[ended]].all()
+    assert np.array_equal(walks.wall[ended], targets.end_border[ended])
+    # Beyond those that end on the borders lie only obstructed ones.
+    assert (targets.state[: ended[0]] == OBSTRUCTED).all()
+    assert (targets.state[ended[1] + 1 :] == OBSTRUCTED).all()
