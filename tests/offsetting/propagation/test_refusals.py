@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drawn_curves import draw, square_ground
+from drawn_curves import draw, square_domain
 from flat_fields import flat_surface
 from planar_meshes import circle
 from weavecore.errors import Degenerate
@@ -13,13 +13,13 @@ from weavecore.offsetting.propagation.method import offset_fronts, refuse_broken
 
 
 def test_children_that_cross_each_other_or_a_parent_are_refused_with_the_faces():
-    ground = square_ground()
-    ring, beside = draw(ground, circle(3.0, (-1, 0))), draw(ground, circle(3.0, (1, 0.1)))
-    refuse_crossings(ground, ring, None)
-    refuse_crossings(ground, ring, draw(ground, circle(4.5, (-1, 0))))
-    for children, parents in ((ring, beside), (draw(ground, circle(3.0, (-1, 0)), circle(3.0, (1, 0.1))), None)):
+    domain = square_domain()
+    ring, beside = draw(domain, circle(3.0, (-1, 0))), draw(domain, circle(3.0, (1, 0.1)))
+    refuse_crossings(domain, ring, None)
+    refuse_crossings(domain, ring, draw(domain, circle(4.5, (-1, 0))))
+    for children, parents in ((ring, beside), (draw(domain, circle(3.0, (-1, 0)), circle(3.0, (1, 0.1))), None)):
         with pytest.raises(Degenerate, match="levels") as caught:
-            refuse_crossings(ground, children, parents)
+            refuse_crossings(domain, children, parents)
         assert 0 < len(caught.value.ids) <= 2
         assert caught.value.kind == "face"
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from weavecore.offsetting.propagation.intersections import (
     DOUBT,
-    places_of_crossing,
+    find_sides,
+    locate_crossings,
     segments_cross,
-    sides_of,
     sum_of_four_angles,
 )
 
@@ -85,9 +85,9 @@ coordinates = st.one_of(st.floats(-4, 4), near)
 def test_sides_are_exact(a, b, p):
     (ax, ay), (bx, by), (px, py) = (tuple(map(Fraction, q)) for q in (a, b, p))
     area = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
-    assert sides_of(*rows((a, b, p)))[0] == (1 if area >= 0 else -1)
+    assert find_sides(*rows((a, b, p)))[0] == (1 if area >= 0 else -1)
 
 
-def test_the_place_of_a_crossing_is_told_on_both():
-    on_first, on_second = places_of_crossing(*rows(((0, 0), (4, 0)), ((1, -1), (1, 3))))
+def test_a_crossing_is_located_on_both_segments():
+    on_first, on_second = locate_crossings(*rows(((0, 0), (4, 0)), ((1, -1), (1, 3))))
     assert (on_first[0], on_second[0]) == (0.25, 0.25)
