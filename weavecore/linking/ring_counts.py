@@ -23,7 +23,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 EVENNESS = 0.5
 """Weight a of uneven edges: at 20 % off the edge length 50 edges count as much as one rod that ends."""
 
-JUMP = 3.0
+JUMP = 1.0
 """Weight c of a band in which the count changes, in rods that end: a few changes of several rather than many of one."""
 
 _BORDER_BANDS = 3

@@ -74,10 +74,7 @@ def weave_lattice(
     woven = _Woven(lattice, stuff, style)
     strands = find_strands(lattice)
     tell(0.3, "bending the rods")
-    if rod_diameter is None:
-        bent = woven.bend_in_stock(strands)
-    else:
-        bent = woven.bend(strands, diameter)
+    bent = woven.bend_in_stock(strands) if rod_diameter is None else woven.bend(strands, diameter)
     tell(0.8, "measuring")
     return Weave(
         lattice=lattice,
