@@ -52,7 +52,7 @@ FREE_ON_SURFACE = ("hexagonal", "kagome", "diagonal")
 """Patterns without inner rings: their nodes go anywhere on the surface."""
 
 WEAVE_RISE = {"triangular": 0.0, "twill": 0.25}
-"""Undulation of rods against that of over and under in turn: none in stacked layers, a quarter in over two, under two."""
+"""Undulation of rods over that of over and under in turn: none in stacked layers, a quarter in over two, under two."""
 
 _SPACING_IN_RODS = 48.0
 """Spacing, or mean edge where that is shorter, over the diameter that is reckoned with where none is given."""

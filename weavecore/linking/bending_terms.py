@@ -5,8 +5,8 @@ A rod that is held at its joints takes the shape of a C2 cubic spline.  Its seco
     h_p/6 M_p + (h_p + h_n)/3 M_j + h_n/6 M_n = (x_n - x_j)/h_n - (x_j - x_p)/h_p        (de Boor 1978, ch. IV)
 
 where p and n are the joints before and after and h the chords; at free ends M = 0.  M is linear between joints, so the
-spline is bent most sharply at a joint.  Going over and under adds offsets of d/2 out of the surface and into it in turn.
-Their share v_j solves the same system with negated entries off the diagonal and d/h_p + d/h_n on the right: 6 d/h² for
+spline is bent most sharply at a joint.  Going over and under adds offsets of d/2 out of the surface and into it.  Their
+share v_j solves the same system with negated entries off the diagonal and d/h_p + d/h_n on the right: 6 d/h² for
 even chords.  Which rod is over is not known here, so the worse case counts:
 
     curvature² = (tangential part of M)² + (|normal part of M| + v)²
