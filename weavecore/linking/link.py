@@ -5,7 +5,7 @@ A new one is a new entry in `DERIVED`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
 import numpy as np
@@ -103,7 +103,7 @@ def link_pattern(
         lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
         return smooth_bending(lattice, free_rings=free_rings)
     made = DERIVED[pattern]
-    lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, progress=progress)
+    lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, even_edges=True, progress=progress)
     return smooth_bending(made.derive(lattice, pattern))
 
 
@@ -118,6 +118,7 @@ def link_latitudes(
     *,
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
+    even_edges: bool = False,
     progress: Progress = None,
 ) -> Lattice:
     """Divide the latitudes and bind each to its neighbours (Yan et al. 2016, §5).
@@ -130,6 +131,9 @@ def link_latitudes(
         the one that makes equilateral triangles, or squares, with the spacing.
     pattern : str
         ``"triangular"`` or ``"quad"``.
+    even_edges : bool
+        Whether the nodes of each ring are counted for its length alone: for patterns of which no rod ends where the
+        count changes.
     progress : callable, optional
         Called with a fraction and a label.
 
@@ -145,6 +149,8 @@ def link_latitudes(
     """
     tell = progress or (lambda _fraction, _label: None)
     design = pattern_named(pattern)
+    if even_edges:
+        design = replace(design, count_slack=1.0)
     length = design.edge_per_spacing * latitudes.spacing if edge_length is None else float(edge_length)
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")

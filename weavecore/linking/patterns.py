@@ -27,8 +27,11 @@ class Pattern:
     count_step : int
         Every ring has a multiple of this many nodes.
     count_slack : float
-        A child keeps the count of its parent while its edges are within this factor of the
-        edge length that was asked for; 1 where each ring is counted for itself.
+        Counts are chosen together, so that few rods end, within this factor of the edge length that was asked for;
+        1 where each ring is counted for itself.
+    jump_cost : float
+        What a change of the count from ring to ring costs besides the rods that end there, in such rods: above 0 where
+        a few large changes are better than many small ones.
     has_diagonals : bool
         Whether cells between two rings are triangles; else they are quads wherever the
         counts agree.
@@ -42,6 +45,7 @@ class Pattern:
     child_sits: float
     count_step: int
     count_slack: float
+    jump_cost: float
     has_diagonals: bool
     in_pairs: bool
 
@@ -54,7 +58,8 @@ PATTERNS = {
             edge_per_spacing=2.0 / np.sqrt(3.0),
             child_sits=0.5,
             count_step=1,
-            count_slack=1.5,
+            count_slack=1.4,
+            jump_cost=0.0,
             has_diagonals=True,
             in_pairs=False,
         ),
@@ -64,7 +69,8 @@ PATTERNS = {
             edge_per_spacing=1.0,
             child_sits=0.0,
             count_step=2,
-            count_slack=1.5,
+            count_slack=1.4,
+            jump_cost=1.0,
             has_diagonals=False,
             in_pairs=True,
         ),

@@ -46,7 +46,7 @@ def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern, is_t
     edges[is_open] = np.maximum(np.rint((ideal - 1.0) / step).astype(np.int64) * step + 1, least)[is_open]
     pairs = np.array(ring_pairs(latitudes), np.int64).reshape(-1, 2)
     branches = _are_at_branches(latitudes)
-    for members in _trees(len(latitudes), pairs):
+    for members in _trees(len(latitudes), pairs) if pattern.count_slack > 1.0 else ():
         open_tree = bool(is_open[members[0]])
         chosen = choose_counts(
             np.maximum(ideal[members], fewest),
@@ -56,6 +56,7 @@ def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern, is_t
             step=step if open_tree else pattern.count_step,
             odd=int(open_tree and step == 2),
             slack=pattern.count_slack,
+            jump=pattern.jump_cost,
         )
         edges[members] = np.maximum(chosen, least[members] if open_tree else fewest)
     counts: Ints = edges + is_open

@@ -23,9 +23,6 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 EVENNESS = 0.5
 """Weight a of uneven edges: at 20 % off the edge length 50 edges count as much as one rod that ends."""
 
-JUMP = 1.0
-"""Weight c of a band in which the count changes, in rods that end: a few changes of several rather than many of one."""
-
 _BORDER_BANDS = 3
 _BESIDE_BORDER = 4.0
 """In the first bands, where rods from the border would end with fewer than four joints, each end counts so often."""
@@ -35,7 +32,7 @@ _MOST_CHOICES = 256
 
 
 def choose_counts(
-    ideal: Floats, generation: Ints, pairs: Ints, branches: Bools, *, step: int, odd: int, slack: float
+    ideal: Floats, generation: Ints, pairs: Ints, branches: Bools, *, step: int, odd: int, slack: float, jump: float
 ) -> Ints:
     """Number of edges of each polyline of one tree.
 
@@ -52,6 +49,8 @@ def choose_counts(
         Counts are multiples of ``step`` plus ``odd``.
     slack : float
         Factor by which a count may be off the ideal one.
+    jump : float
+        Weight c of a band in which the count changes, in rods that end.
 
     Returns
     -------
@@ -67,7 +66,7 @@ def choose_counts(
     change = np.abs(choices[:, None] - choices[None, :]).astype(np.float64)
     best = np.zeros((len(ideal), len(choices)), np.int64)
     for parent, child in pairs[np.argsort(-pairs[:, 1], kind="stable")].tolist():
-        total = weight[child] * change + JUMP * (change > 0) + cost[child][None, :]
+        total = weight[child] * change + jump * (change > 0) + cost[child][None, :]
         best[child] = total.argmin(axis=1)
         cost[parent] += total.min(axis=1)
     chosen = np.empty(len(ideal), np.int64)
