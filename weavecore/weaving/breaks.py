@@ -6,8 +6,8 @@ A basket maker breaks a rod at a hairpin: two rods cross at the node and run pas
           \ /                      X            both go on straight
            V     one rod           / \          and are tied where they cross
 
-A rod that bends too sharply at several nodes in a row is broken at the sharpest of them.  It stays whole where a piece
-would be left with fewer joints than it takes to hold it; such a rod is counted as bent too sharply.
+A rod that bends too sharply at several nodes in a row is broken at the sharpest of them, first only where both pieces
+keep joints enough to hold them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
 
 
-def find_breaks(strands: Strands, largest: Floats, diameter: float) -> Bools:
+def find_breaks(strands: Strands, largest: Floats, diameter: float, *, fewest: int = FEWEST_JOINTS) -> Bools:
     """Visits (M,) at which rods of a diameter are to be broken.
 
     Parameters
@@ -29,18 +29,20 @@ def find_breaks(strands: Strands, largest: Floats, diameter: float) -> Bools:
         The largest diameter that can be bent as the rod is at each visit.
     diameter : float
         Of the rods, in the same unit.
+    fewest : int
+        No piece is left with fewer joints.
     """
     breaks = np.zeros(len(largest), bool)
     too_sharp = largest < diameter
     for s in np.unique(np.searchsorted(strands.offsets, np.flatnonzero(too_sharp), side="right") - 1).tolist():
         part = slice(strands.offsets[s], strands.offsets[s + 1])
-        breaks[part] = _breaks_of_rod(largest[part], too_sharp[part], bool(strands.closed[s]))
+        breaks[part] = _breaks_of_rod(largest[part], too_sharp[part], bool(strands.closed[s]), fewest - 1)
     return breaks
 
 
-def _breaks_of_rod(largest: Floats, too_sharp: Bools, closed: bool) -> Bools:
+def _breaks_of_rod(largest: Floats, too_sharp: Bools, closed: bool, reach: int) -> Bools:
     """The sharpest visits first, each far enough from the ends of the rod and from the breaks before it."""
-    n, reach = len(largest), FEWEST_JOINTS - 1
+    n = len(largest)
     breaks = np.zeros(n, bool)
     free = too_sharp.copy()
     if not closed:

@@ -12,6 +12,7 @@ from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model.bending import Bending, Material
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes
+from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
 from weavecore.weaving.axes import lay_axes
@@ -28,6 +29,9 @@ _SPACING_IN_RODS = 48.0
 
 _MOST_BREAK_ROUNDS = 3
 """A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
+
+_FEWEST_OF_ALL = 2
+"""What still cannot be bent in the chosen diameter is broken though short rods come of it: a rod that snaps is worse."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -134,16 +138,16 @@ class _Woven:
         diameter = choose_diameter(whole.largest, stock)
         while True:
             whole = self.bend(strands, diameter, like=whole)
-            bent = self.break_rods(whole)
+            bent = self.break_rods(whole, FEWEST_JOINTS)
             thinner = next_thinner(diameter, stock)
             if thinner is None or (bent.bending.utilisation <= 1.0).mean() >= LEAST_RODS:
-                return bent
+                return self.break_rods(bent, _FEWEST_OF_ALL)
             diameter = thinner
 
-    def break_rods(self, bent: _Bent) -> _Bent:
-        """Break rods where they are bent too sharply, as far as no piece gets too short to hold."""
+    def break_rods(self, bent: _Bent, fewest: int) -> _Bent:
+        """Break rods where they are bent too sharply, as far as no piece gets fewer joints."""
         for _ in range(_MOST_BREAK_ROUNDS):
-            breaks = find_breaks(bent.strands, bent.largest, bent.diameter)
+            breaks = find_breaks(bent.strands, bent.largest, bent.diameter, fewest=fewest)
             if not breaks.any():
                 break
             bent = self.bend(break_strands(bent.strands, breaks), bent.diameter)
