@@ -7,11 +7,17 @@ from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
 from weavecore.errors import Unsupported
-from weavecore.exporting.product import StageValue
-from weavecore.exporting.registry import encode, writer_for
-from weavecore.fabricating.workshop_folder import NAMES, Fabrication, check_libraries, describe_fabrication, fabricate_weave
-from weavecore.fabricating.plan import Workshop
+from weavecore.exporting.product import Product, StageValue
+from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop_folder import (
+    NAMES,
+    Fabrication,
+    check_libraries,
+    describe_fabrication,
+    fabricate_weave,
+)
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
@@ -215,13 +221,7 @@ def export_together(
     for done, path in enumerate(targets):
         if progress:
             progress(done / len(targets), f"writing {Path(path).name}")
-        if _ends_with(path, PICTURE):
-            contents[path] = encode_picture(value)
-        elif _ends_with(path, PAGE):
-            sequence = find_sequence(value) if isinstance(value, Weave) else None
-            contents[path] = encode_page(value, strands=strands, sequence=sequence)
-        else:
-            contents[path] = encode(value, path, strands=strands, parameters=parameters)
+        contents[path] = encode(value, path, strands=strands, parameters=parameters)
     write_together(contents, overwrite=overwrite)
 
 
@@ -234,8 +234,7 @@ def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
     """
     targets = list(paths)
     for path in targets:
-        if not _ends_with(path, PICTURE, PAGE):
-            writer_for(path)
+        writer_for(path)
     check_targets(targets, overwrite=overwrite)
 
 
@@ -266,7 +265,7 @@ def draw_picture(
     ------
     Unsupported, OutputExists, NotWritten
     """
-    if not _ends_with(path, PICTURE):
+    if Path(path).suffix.lower() != PICTURE:
         raise Unsupported(f"{path} has no ending of a picture", remedy=f"End the name with {PICTURE}.")
     check_targets([path], overwrite=overwrite)
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
@@ -344,5 +343,14 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
     return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)
 
 
-def _ends_with(path: PathLike, *endings: str) -> bool:
-    return Path(path).suffix.lower() in endings
+def _picture_of(product: Product) -> bytes:
+    return encode_picture(product.value)
+
+
+def _page_of(product: Product) -> bytes:
+    sequence = None if product.weave is None else find_sequence(product.weave)
+    return encode_page(product.value, strands=product.strands, sequence=sequence)
+
+
+register_writer(PICTURE, _picture_of)
+register_writer(PAGE, _page_of)

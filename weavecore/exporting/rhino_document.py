@@ -1,7 +1,11 @@
-"""`Document`: a .3dm in the making, over rhino3dm's file object.
+"""`RhinoDocument`: a .3dm file being put together with rhino3dm, the same bytes in every run.
 
-Everything in it that could differ from run to run is fixed: ids of layers and objects are made from the
-content, and the dates of the file's history from nothing.
+Ids of layers and objects are UUIDs (version 5) of the content.  openNURBS writes the present time into each file and no
+call of rhino3dm changes that, so the dates are overwritten in the bytes.  A .3dm is a header and then *chunks*::
+
+    32 bytes header │ type code 4 │ length 8 │ body … │ type code 4 │ value 8 │ …
+                                                        highest bit set: no body
+    history chunk:    version 1 │ author │ date of creation │ author │ date of change │ count │ CRC-32
 """
 
 from __future__ import annotations
@@ -14,7 +18,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from weavecore.errors import NotWritten
-from weavecore.exporting.product import Polygons
+from weavecore.exporting.polygons import Polygons
 from weavecore.geometry.arrays import Floats
 from weavecore.geometry.polygon_mesh import fan_quads
 
@@ -22,10 +26,23 @@ VERSION = 7
 """The archive version that is written: Rhino 7 and later read it."""
 
 SEPARATOR = "::"
-"""What stands between the names in a layer's full path."""
+"""Between the names in a layer's full path."""
+
+_PROPERTIES, _HISTORY = 0x10000014, 0x20008021
+"""Type codes of openNURBS: TCODE_PROPERTIES_TABLE and TCODE_PROPERTIES_REVISIONHISTORY."""
+
+_NO_BODY = 0x80000000
+"""The bit of a type code that marks a chunk with a value instead of a length and a body (TCODE_SHORT)."""
+
+_FILE_HEADER, _CHUNK_HEADER, _CRC = 32, 12, 4
+"""Bytes before the first chunk, before the body of a chunk, and at the end of a body with a CRC-32."""
+
+_N_DATES, _DATE_BYTES = 2, 32
+_NEW_YEAR_2000 = (0, 0, 0, 1, 0, 100, 6, 0)
+"""Second, minute, hour, day, month, year, day of the week and of the year, as C's struct tm counts them."""
 
 
-class Document:
+class RhinoDocument:
     """A .3dm file being put together.
 
     Parameters
@@ -41,20 +58,20 @@ class Document:
     def __init__(self, unit: str, tolerance: float, *, seed: str) -> None:
         import rhino3dm
 
-        # The stubs of rhino3dm do not know half of what it has.
+        # The stubs of rhino3dm are incomplete.
         self._rhino: Any = rhino3dm
         self._file: Any = self._rhino.File3dm()
         self._seed = uuid.uuid5(uuid.NAMESPACE_URL, f"weavecore:{seed}")
         self._layers: dict[str, tuple[int, uuid.UUID]] = {}
         settings = self._file.Settings
-        # A unit that Rhino does not name would be taken for millimetres.
+        # Rhino would take a unit without a name for millimetres.
         settings.ModelUnitSystem = getattr(self._rhino.UnitSystem, unit, getattr(self._rhino.UnitSystem, "None"))
         if tolerance > 0:
             settings.ModelAbsoluteTolerance = tolerance
         self._file.ApplicationName = "weavecore"
 
     def layer(self, path: str, colour: tuple[int, int, int]) -> int:
-        """Index of the layer with this full path; it and the layers above it are made where they are missing."""
+        """Index of the layer with this full path; missing layers are added, parents included."""
         if path not in self._layers:
             parent, _, name = path.rpartition(SEPARATOR)
             layer = self._rhino.Layer()
@@ -85,7 +102,7 @@ class Document:
         """Add a B-spline in a colour of its own: knots (n + degree + 1,) in full form, control points (n, 3)."""
         order = len(knots) - len(controls)
         curve = self._rhino.NurbsCurve(3, False, order, len(controls))
-        # Rhino's knots go without the first and the last one.
+        # Rhino omits the first and the last knot.
         for i, knot in enumerate(knots[1:-1].tolist()):
             curve.Knots[i] = knot
         for i, (x, y, z) in enumerate(controls.tolist()):
@@ -112,7 +129,7 @@ class Document:
         options.Version = VERSION
         content = base64.b64decode(self._file.Encode(options) or "")
         if not content:
-            raise NotWritten("Rhino's library gave no file", remedy="Write the result as .json instead.")
+            raise NotWritten("rhino3dm encoded no file", remedy="Write the result as .json instead.")
         return with_fixed_dates(content)
 
     def _id(self, name: str) -> uuid.UUID:
@@ -127,7 +144,7 @@ class Document:
         texts: Mapping[str, object],
         colour: tuple[int, int, int] | None = None,
     ) -> None:
-        """Add an object and see that it was taken: rhino3dm says nothing when it was not."""
+        """Add an object, and raise where rhino3dm rejects it, which it does silently."""
         attributes = self._rhino.ObjectAttributes()
         attributes.LayerIndex, attributes.Name = layer, name
         attributes.Id = self._id(f"object {layer} {name}")
@@ -138,53 +155,46 @@ class Document:
             attributes.SetUserString(key, str(text))
         if add(geometry, attributes) != attributes.Id:
             raise NotWritten(
-                "Rhino's library did not take an object",
-                remedy="Write the result as .json and look at what is special about it.",
+                "rhino3dm rejected an object",
+                remedy="Write the result as .json, and please report it with the input.",
                 ids=[name],
                 kind="object",
             )
 
 
-# ----------------------------------------------------------------------
-# The dates in a .3dm: openNURBS writes the time of writing into each file, and no call of rhino3dm changes that.
-#
-# A .3dm is a header of 32 bytes and then *chunks*: a type code of 4 bytes, a length of 8 and a body of that length.
-# A chunk whose code has the highest bit set has a value in place of the length, and no body.
-
-_PROPERTIES, _HISTORY = 0x10000014, 0x20008021
-_NO_BODY = 0x80000000
-_HEADER, _HEAD = 32, 12
-_N_DATES = 2
-_NEW_YEAR_2000 = (0, 0, 0, 1, 0, 100, 6, 0)
-"""Second, minute, hour, day, month, year, day of the week and of the year, as C counts them."""
-
-
 def with_fixed_dates(content: bytes) -> bytes:
-    """The bytes of a .3dm, of version 5 or later, with the dates of its history set to one that does not change.
+    """Set the dates in a .3dm to a fixed one.
 
-    The history's body is a version byte, then the author and the date of the making, the
-    same of the last change, a count, and a CRC-32 of all this.
+    Parameters
+    ----------
+    content : bytes
+        A .3dm of version 5 or later.
+
+    Returns
+    -------
+    bytes
+        Unchanged where the file has no history.
     """
-    table = _find_chunk(content, _PROPERTIES, _HEADER)
+    table = _find_chunk(content, _PROPERTIES, _FILE_HEADER)
     history = table and _find_chunk(content, _HISTORY, table[0])
     if not history:
         return content
     start, end = history
-    body = bytearray(content[start : end - 4])
+    body = bytearray(content[start : end - _CRC])
     at = 1
     for _ in range(_N_DATES):
         (n_letters,) = struct.unpack_from("<i", body, at)
         at += 4 + 2 * n_letters
         struct.pack_into("<8i", body, at, *_NEW_YEAR_2000)
-        at += 32
+        at += _DATE_BYTES
     return content[:start] + bytes(body) + struct.pack("<I", zlib.crc32(body)) + content[end:]
 
 
 def _find_chunk(content: bytes, wanted: int, at: int) -> tuple[int, int] | None:
     """Start and end of the body of the first chunk with that code, from ``at`` on; None where there is none."""
-    while at + _HEAD <= len(content):
+    while at + _CHUNK_HEADER <= len(content):
         code, length = struct.unpack_from("<Iq", content, at)
-        at += _HEAD
+        at += _CHUNK_HEADER
         if code & _NO_BODY:
             continue
         if code == wanted:
