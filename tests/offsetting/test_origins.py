@@ -50,7 +50,7 @@ def test_ends_lie_on_selvedges():
         apex = lines.barycentric[point].argmin(1)
         halfedge = 3 * lines.face[point] + (apex + 1) % 3
         assert (lines.barycentric[point].min(1) == 0).all(), name
-        assert surface.is_selvedge[halfedge].all(), name
+        assert surface.is_free_border[halfedge].all(), name
 
 
 def test_around_a_slit_levels_are_capsules():

@@ -28,7 +28,7 @@ def test_distances_start_at_the_chosen_borders_in_their_order(chosen: list[int])
     assert [path.tolist() for path in started.origins.paths] == [surface.borders[b].tolist() for b in each_once]
     assert started.origins.closed.all()
     assert started.is_origin.sum() == COLUMNS * len(each_once)
-    assert started.is_selvedge.sum() == COLUMNS * (2 - len(each_once))
+    assert started.is_free_border.sum() == COLUMNS * (2 - len(each_once))
     assert not started.is_cut.any()
     assert np.array_equal(started.vertices, surface.vertices)
 
@@ -119,7 +119,7 @@ def test_a_curve_alone_leaves_all_borders_as_selvedges() -> None:
     assert started.origins.closed.tolist() == [True]
     assert np.allclose(started.vertices[path][:, 2], 1.3)
     assert started.is_cut.sum() == 2 * len(path)
-    assert started.is_selvedge.sum() == 2 * COLUMNS
+    assert started.is_free_border.sum() == 2 * COLUMNS
     assert np.array_equal(started.vertices[: surface.n_vertices], surface.vertices)
     assert (started.unit, started.name) == (surface.unit, surface.name)
 

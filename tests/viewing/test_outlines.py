@@ -9,7 +9,7 @@ import pytest
 
 from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, path_through, plate, started
 from weavecore.model import Origins
-from weavecore.palette import SELVEDGES
+from weavecore.palette import FREE_BORDERS
 from weavecore.viewing.outlines import outlines_of
 from weavecore.viewing.page.content import page_content
 from weavecore.viewing.picture import draw_pixels
@@ -21,13 +21,13 @@ from woven_tube import tube_latitudes, tube_surface
 @pytest.mark.parametrize("name", CLOTHS)
 def test_every_border_edge_and_every_origin_is_drawn_once(name: str) -> None:
     surface = CLOTHS[name]()
-    a, b, is_selvedge = outlines_of(surface).segments()
+    a, b, is_free_border = outlines_of(surface).segments()
     drawn = {frozenset(pair) for pair in zip(a.tolist(), b.tolist())}
     assert len(drawn) == len(a)
     of_borders = [zip(loop.tolist(), np.roll(loop, -1).tolist()) for loop in surface.borders]
     of_origins = zip(*(ends.tolist() for ends in surface.origins.edges()))
     assert drawn == {frozenset(pair) for rows in (*of_borders, of_origins) for pair in rows}
-    assert is_selvedge.sum() == surface.is_selvedge.sum()
+    assert is_free_border.sum() == surface.is_free_border.sum()
 
 
 def test_selvedges_are_the_stretches_between_the_origins() -> None:
@@ -80,7 +80,7 @@ def test_an_open_polyline_is_drawn_without_a_closing_piece() -> None:
     latitudes = cloth_latitudes("three sides")
     scene, lines = scene_of(latitudes), latitudes.polylines
     drawn = np.linalg.norm(scene.ends - scene.starts, axis=1)
-    of_selvedges = (scene.colours == SELVEDGES).all(1)
+    of_selvedges = (scene.colours == FREE_BORDERS).all(1)
     assert drawn[~of_selvedges].sum() == pytest.approx(lines.lengths.sum())
     assert drawn[of_selvedges].sum() == pytest.approx(COLUMNS * EDGE)
     rods = page_content(latitudes)["rods"]

@@ -65,7 +65,7 @@ def _onto_selvedges(points: Floats, lattice: Lattice) -> Floats:
     if len(points) == 0:
         return points
     surface = lattice.latitudes.surface
-    tail, head = (ends[surface.is_selvedge] for ends in halfedge_ends(surface.faces))
+    tail, head = (ends[surface.is_free_border] for ends in halfedge_ends(surface.faces))
     # Faces that are flat stand for their edges.
     return closest_faces(points, surface.vertices, np.stack([tail, head, head], axis=1))[1]
 

@@ -66,7 +66,7 @@ class Selvedge:
 def find_selvedges(latitudes: Latitudes) -> list[Selvedge]:
     """All selvedges of a surface, loop after loop."""
     surface = latitudes.surface
-    if not surface.is_selvedge.any():
+    if not surface.is_free_border.any():
         return []
     along = _border_halfedges(surface)
     loop, place, who = _ends_on_borders(latitudes, along)
@@ -75,11 +75,11 @@ def find_selvedges(latitudes: Latitudes) -> list[Selvedge]:
         here = np.flatnonzero(loop == k)
         here = here[np.argsort(place[here], kind="stable")]
         if len(here) == 0:
-            if surface.is_selvedge[halfedges].all():
+            if surface.is_free_border[halfedges].all():
                 found.append(_whole(surface, halfedges))
             continue
         for one, other in zip(here, np.roll(here, -1)):
-            if surface.is_selvedge[halfedges[int(place[one])]]:
+            if surface.is_free_border[halfedges[int(place[one])]]:
                 ends = ((int(who[one, 0]), int(who[one, 1])), (int(who[other, 0]), int(who[other, 1])))
                 found.append(_between(surface, halfedges, float(place[one]), float(place[other]), ends))
     return found

@@ -63,7 +63,7 @@ def first_generations(strands: Strands, lattice: Lattice) -> Ints:
     of_node = np.where(lattice.node_latitude < 0, none, latitudes.generation[lattice.node_latitude])
     least: Ints = np.minimum.reduceat(of_node[strands.nodes], strands.offsets[:-1])
     before = np.zeros(len(strands), np.int64)
-    if latitudes.surface.is_selvedge.any():
+    if latitudes.surface.is_free_border.any():
         depth = np.add.reduceat(node_generations(lattice)[strands.nodes], strands.offsets[:-1])
         before = np.floor(depth / np.diff(strands.offsets))
     begins: Ints = np.where(least == none, before, least).astype(np.int64)

@@ -171,7 +171,7 @@ class SurfaceMesh:
         return flag
 
     @cached_property
-    def is_selvedge(self) -> Bools:
+    def is_free_border(self) -> Bools:
         """(3F,) whether a halfedge lies on a border from which no distance starts."""
         flag: Bools = (self.twins == NO_TWIN) & ~self.is_origin
         flag.flags.writeable = False

@@ -34,7 +34,7 @@ def refine_for(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
     if surface.edge_lengths.max() <= longest:
         return surface
     refined = refine_faces(
-        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, yielding=surface.is_selvedge
+        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, yielding=surface.is_free_border
     )
     if len(refined.faces) == surface.n_faces:
         return surface

@@ -185,7 +185,7 @@ def _depth_along_edges(surface: SurfaceMesh) -> float:
 def _depth_of_few_faces(surface: SurfaceMesh, *, longest: float) -> float:
     """The same where edges may be as long as the surface is deep, or no vertex lies off the borders."""
     fine = refine_faces(
-        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, yielding=surface.is_selvedge
+        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, yielding=surface.is_free_border
     )
     distance = measure_distance(replace(surface, vertices=fine.vertices, faces=fine.faces)).distance
     return float(distance[np.isfinite(distance)].max())

@@ -35,7 +35,7 @@ def check_latitudes(latitudes: Latitudes) -> Iterator[Finding]:
     yield count("segments_in_no_face", latitudes.polylines.owner[held.lost], "polyline")
     yield from check_crossings(latitudes.surface, latitudes.polylines, held)
     yield from _check_generations(latitudes)
-    most = HEM_COVERAGE if latitudes.surface.is_selvedge.any() else COVERAGE
+    most = HEM_COVERAGE if latitudes.surface.is_free_border.any() else COVERAGE
     yield Finding("coverage_gap_of_spacing", _coverage_gap(latitudes), most)
     yield from check_bands(latitudes)
 

@@ -157,7 +157,7 @@ def _check_families(lattice: Lattice) -> Iterator[Finding]:
     n, parents = len(lattice.latitudes), lattice.latitudes.parents
     bound = np.isin(latitude[:, 0] * n + latitude[:, 1], np.r_[parents @ (n, 1), parents @ (1, n)])
     # Of a surface that has no selvedge no edge ends on one.
-    hem = hem_edges(lattice) if lattice.latitudes.surface.is_selvedge.any() else np.zeros(0, np.int64)
+    hem = hem_edges(lattice) if lattice.latitudes.surface.is_free_border.any() else np.zeros(0, np.int64)
     on_hem = np.isin(np.arange(lattice.n_nodes), lattice.edges[hem]) & (lattice.node_latitude < 0)
     astray = (family == LONGITUDINAL) & ~bound & (not is_between) & ~on_hem[lattice.edges].any(1)
     astray[hem] = False
@@ -246,7 +246,7 @@ def hem_edges(lattice: Lattice) -> Ints:
 def check_hem(lattice: Lattice) -> Iterator[Finding]:
     """Edges of a single face run along an origin on a border, or are longitudinal and end on selvedges."""
     surface, hem = lattice.latitudes.surface, hem_edges(lattice)
-    selvedge = np.flatnonzero(surface.is_selvedge)
+    selvedge = np.flatnonzero(surface.is_free_border)
     astray = hem[lattice.edge_family[hem] != LONGITUDINAL] if len(selvedge) else hem
     yield count("border_edges_astray", astray, "edge")
     off = np.zeros(0)

@@ -21,14 +21,14 @@ class Outlines:
     surface : SurfaceMesh
     paths : tuple of (n,) int64
         Vertices; the first of a closed one is not repeated.
-    closed, is_selvedge : (L,) bool
+    closed, is_free_border : (L,) bool
     names : tuple of str
     """
 
     surface: SurfaceMesh
     paths: tuple[Ints, ...]
     closed: Bools
-    is_selvedge: Bools
+    is_free_border: Bools
     names: tuple[str, ...]
 
     @cached_property
@@ -46,7 +46,7 @@ class Outlines:
         """First and second vertex of every segment, and whether it is of a selvedge."""
         nothing = np.zeros(0, np.int64)
         ends = [(path, np.roll(path, -1)) if c else (path[:-1], path[1:]) for path, c in zip(self.paths, self.closed)]
-        marks = np.repeat(self.is_selvedge, np.array([len(a) for a, _ in ends], np.int64))
+        marks = np.repeat(self.is_free_border, np.array([len(a) for a, _ in ends], np.int64))
         return np.concatenate([nothing, *(a for a, _ in ends)]), np.concatenate([nothing, *(b for _, b in ends)]), marks
 
 
@@ -72,7 +72,7 @@ def _selvedges(surface: SurfaceMesh) -> list[tuple[Ints, bool]]:
     """The stretches of border between origins, and whether each is a whole border."""
     tail, head = halfedge_ends(surface.faces)
     n = surface.n_vertices
-    keys = (tail * n + head)[surface.is_selvedge]
+    keys = (tail * n + head)[surface.is_free_border]
     found: list[tuple[Ints, bool]] = []
     for loop in surface.borders:
         flag = np.isin(loop * n + np.roll(loop, -1), keys)

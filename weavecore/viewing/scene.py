@@ -10,7 +10,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.polygon_mesh import fan_triangles
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
-from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN, latitude_colours
+from weavecore.palette import LONGITUDES, POCKETS, FREE_BORDERS, WOVEN, latitude_colours
 from weavecore.viewing.outlines import outlines_of
 
 _ROD_OF_SPACING = 0.075
@@ -76,10 +76,10 @@ def scene_of(value: Drawable) -> Scene:
 
 def _of_surface(surface: SurfaceMesh) -> Scene:
     outlines = outlines_of(surface)
-    starts, ends, is_selvedge = outlines.segments()
+    starts, ends, is_free_border = outlines.segments()
     n = len(starts)
     colours = latitude_colours(np.zeros(n), 1).astype(float)
-    colours[is_selvedge] = SELVEDGES
+    colours[is_free_border] = FREE_BORDERS
     return Scene(
         surface.vertices,
         surface.faces,
@@ -99,8 +99,8 @@ def _of_latitudes(latitudes: Latitudes) -> Scene:
     swell = np.where(generation == 0, _BORDER_SWELL, 1.0)
     drawn = lines.segment_lengths > 0
     outlines = outlines_of(surface)
-    a, b, is_selvedge = outlines.segments()
-    a, b = a[is_selvedge], b[is_selvedge]
+    a, b, is_free_border = outlines.segments()
+    a, b = a[is_free_border], b[is_free_border]
     radius = latitudes.spacing * _ROD_OF_SPACING
     return Scene(
         surface.vertices,
@@ -111,7 +111,7 @@ def _of_latitudes(latitudes: Latitudes) -> Scene:
         np.concatenate(
             [
                 latitude_colours(generation, latitudes.n_generations).astype(float)[drawn],
-                np.tile(np.array(SELVEDGES, float), (len(a), 1)),
+                np.tile(np.array(FREE_BORDERS, float), (len(a), 1)),
             ]
         ),
         np.concatenate([(swell * latitudes.spacing * _ROD_OF_SPACING)[drawn], np.full(len(a), radius)]),

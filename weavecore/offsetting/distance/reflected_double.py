@@ -35,7 +35,7 @@ def glue_mirror(surface: SurfaceMesh) -> tuple[Ints, Ints, Ints]:
         None along cuts and along the borders where distances start.
     """
     n_vertices, n_halfedges = surface.n_vertices, 3 * surface.n_faces
-    selvedge = np.flatnonzero(surface.is_selvedge)
+    selvedge = np.flatnonzero(surface.is_free_border)
     is_shared = np.zeros(n_vertices, bool)
     is_shared[halfedge_ends(surface.faces)[0][np.r_[selvedge, next_halfedge(selvedge)]]] = True
     mirrored = np.where(is_shared, np.arange(n_vertices), n_vertices + np.cumsum(~is_shared) - 1)
@@ -65,7 +65,7 @@ class Saddles:
     """The corners of a surface's selvedges that the front has not reached yet."""
 
     def __init__(self, frames: Unfolding, surface: SurfaceMesh) -> None:
-        selvedge = np.flatnonzero(surface.is_selvedge)
+        selvedge = np.flatnonzero(surface.is_free_border)
         vertex = surface.faces.ravel()[selvedge]
         is_sharp = frames.excess[vertex] > SHARP
         self._vertex, self._leaving = vertex[is_sharp], selvedge[is_sharp]

@@ -58,7 +58,7 @@ def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
     """Frames of the mesh, and of its mirror if there are selvedges, about 0 in units of its median edge length."""
     centred = surface.vertices - surface.vertices.mean(axis=0)
     scale = float(np.median(surface.edge_lengths)) or 1.0
-    if surface.is_selvedge.any():
+    if surface.is_free_border.any():
         vertex, faces, twins = glue_mirror(surface)
         return Unfolding(centred[vertex] / scale, faces, twins), scale
     twins = np.where(surface.is_cut, NO_TWIN, surface.twins)

@@ -153,7 +153,7 @@ def drop_shallow(latitudes: Latitudes) -> Latitudes:
     A border that distances start from is met by fronts from all sides, so that what is left between them ends
     in a ridge; a selvedge cuts off what comes, at any depth.
     """
-    if not latitudes.surface.is_selvedge.any():
+    if not latitudes.surface.is_free_border.any():
         return latitudes
     gone = _close_to_selvedges(latitudes)
     return _without(latitudes, gone) if gone.any() else latitudes

@@ -13,7 +13,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.splines import CurveSamples
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.model.lattice import node_generations
-from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN
+from weavecore.palette import LONGITUDES, POCKETS, FREE_BORDERS, WOVEN
 from weavecore.viewing.outlines import outlines_of
 
 _STEPS_PER_EDGE = 16
@@ -76,7 +76,7 @@ class Curves:
 def curves_of_borders(surface: SurfaceMesh) -> Curves:
     """The borders and cuts of a surface, or its origins and selvedges where origins were chosen."""
     outlines = outlines_of(surface)
-    chosen = (Family("Origins", WOVEN["L"]), Family("Selvedges", SELVEDGES))[: 1 + outlines.is_selvedge.any()]
+    chosen = (Family("Origins", WOVEN["L"]), Family("Selvedges", FREE_BORDERS))[: 1 + outlines.is_free_border.any()]
     return _straight(
         outlines.points,
         outlines.offsets,
@@ -84,7 +84,7 @@ def curves_of_borders(surface: SurfaceMesh) -> Curves:
         np.zeros(len(outlines.points)),
         names=list(outlines.names),
         families=(Family("Borders", WOVEN["L"]),) if surface.starts is None else chosen,
-        family=outlines.is_selvedge.astype(np.int64),
+        family=outlines.is_free_border.astype(np.int64),
         radius=0.002 * surface.size,
     )
 

@@ -75,7 +75,7 @@ def check_ends(latitudes: Latitudes) -> Iterator[Finding]:
     surface, polylines = latitudes.surface, latitudes.polylines
     corners, carries = carriers_of(surface, polylines)
     after = surface.faces[:, [1, 2, 0]].ravel()
-    tail, head = surface.faces.ravel()[surface.is_selvedge], after[surface.is_selvedge]
+    tail, head = surface.faces.ravel()[surface.is_free_border], after[surface.is_free_border]
     beside = np.zeros(surface.n_vertices, bool)
     beside[tail] = beside[head] = True
     n = surface.n_vertices
