@@ -1,8 +1,11 @@
-"""What goes around the bands: sides of polylines, joined where these end by stretches of border.
+"""The closed curves that bound the bands: sides of polylines, joined where these end by stretches of free border.
 
-A *selvedge* is a border edge from which no distance starts.  Open polylines end there, and from each end the border
-leads on to the next one.  A border runs with the surface on its left; so beyond the end of a polyline it goes on along
-that one's left side, and beyond its beginning along its right side.
+A *free border* is a border from which no distance starts.  Open polylines end there, and from each end the border leads
+on to the next one.  A border runs with the surface on its left::
+
+      left │ right     beyond the end of a polyline (top) the border continues along its left side,
+           │           beyond its beginning (bottom) along its right side
+    ←──────┴──────── border, surface below
 """
 
 from __future__ import annotations
@@ -20,12 +23,14 @@ from weavecore.model.surface import SurfaceMesh
 from weavecore.validating.check_crossings import carriers_of
 from weavecore.validating.report import Finding, count
 
-OFF_BORDER = -1
-LEFT, RIGHT = 0, 1
+_INSIDE = -1
+"""In place of the border of a point inside the surface."""
+
+_LEFT, _RIGHT = 0, 1
 
 
 @dataclass(frozen=True, eq=False)
-class Outlines:
+class BandBoundaries:
     """The closed curves that bound the bands.
 
     Parameters
@@ -35,7 +40,7 @@ class Outlines:
     stretches : (s, 2) int64
         The sides that each stretch of border leads from and to.
     n_whole : int
-        Selvedges on which no polyline ends: each is a curve of its own, of a band that it does not tell.
+        Free borders on which no polyline ends: each is a curve of its own, of a band that is not known.
     """
 
     of_side: Ints
@@ -43,8 +48,45 @@ class Outlines:
     n_whole: int
 
 
-def places_on_borders(surface: SurfaceMesh, corners: Ints, carries: Bools, weights: Floats) -> tuple[Ints, Floats]:
-    """Where points lie on the borders: loop (n,), or -1 inside, and place (n,) in edges from its first vertex."""
+def find_band_boundaries(latitudes: Latitudes) -> BandBoundaries:
+    """Follow the borders from each end of an open polyline to the next.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+
+    Returns
+    -------
+    BandBoundaries
+    """
+    surface, polylines = latitudes.surface, latitudes.polylines
+    open_ = np.flatnonzero(~polylines.closed & (polylines.counts > 0))
+    ends = np.concatenate([polylines.offsets[:-1][open_], polylines.offsets[1:][open_] - 1])
+    owner, is_last = np.tile(open_, 2), np.arange(2 * len(open_)) >= len(open_)
+    corners, carries = (part[ends] for part in carriers_of(surface, polylines))
+    loop, place = _places_on_borders(surface, corners, carries, polylines.barycentric[ends])
+    on_border = loop != _INSIDE
+    ahead = 2 * owner + np.where(is_last, _LEFT, _RIGHT)
+    along = np.isin(owner, np.flatnonzero(origins_along_borders(surface)))
+    # The right side of an origin along a border has no surface: its left side is on both sides of its ends.
+    ahead, behind = np.where(along, 2 * owner + _LEFT, ahead), np.where(along, 2 * owner + _LEFT, ahead ^ 1)
+    here = np.flatnonzero(on_border)
+    here = here[np.lexsort([place[here], loop[here]])]
+    first = np.searchsorted(loop[here], loop[here], side="left")
+    n_here = np.searchsorted(loop[here], loop[here], side="right") - first
+    following = here[first + (np.arange(len(here)) - first + 1) % np.maximum(n_here, 1)]
+    stretches = np.stack([ahead[here], behind[following]], axis=1)
+    # Around an end inside the surface the left side continues as the right one.
+    turns = np.stack([ahead[~on_border], ahead[~on_border] ^ 1], axis=1)
+    one, other = np.concatenate([stretches, turns]).T
+    n = 2 * len(polylines)
+    links = coo_matrix((np.ones(len(one), bool), (one, other)), shape=(n, n))
+    _, label = connected_components(links, directed=False)
+    return BandBoundaries(label.astype(np.int64), stretches, _n_whole_free_borders(surface, np.unique(loop[here])))
+
+
+def _places_on_borders(surface: SurfaceMesh, corners: Ints, carries: Bools, weights: Floats) -> tuple[Ints, Floats]:
+    """Where points (n,) lie on the borders: loop (n,), or -1 inside, and place (n,) in edges from its first vertex."""
     n = surface.n_vertices
     loops = [np.zeros(0, np.int64), *surface.borders]
     tail = np.concatenate(loops)
@@ -55,7 +97,7 @@ def places_on_borders(surface: SurfaceMesh, corners: Ints, carries: Bools, weigh
     high = np.where(carries, corners, -1).max(1)
     part_high = (weights * (carries & (corners == high[:, None]))).sum(1)
     is_single, on_edge = carries.sum(1) == 1, carries.sum(1) == 2
-    found, place = np.full(len(corners), OFF_BORDER), np.zeros(len(corners))
+    found, place = np.full(len(corners), _INSIDE), np.zeros(len(corners))
     if len(tail) == 0:
         return found, place
     for key, wanted, share, may in (
@@ -70,8 +112,39 @@ def places_on_borders(surface: SurfaceMesh, corners: Ints, carries: Bools, weigh
     return found, place
 
 
+def _n_whole_free_borders(surface: SurfaceMesh, ended_on: Ints) -> int:
+    """How many borders are no closed origin, and have no end of a polyline."""
+    vertices = surface.origins.vertices()
+    others = [k for k, loop in enumerate(surface.borders) if not np.isin(loop[:2], vertices).all()]
+    return len(np.setdiff1d(others, ended_on))
+
+
+def origins_along_borders(surface: SurfaceMesh) -> Bools:
+    """Whether each origin runs along a border, by its first edge.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    (O,) bool
+    """
+    n = surface.n_vertices
+    loops = [np.zeros(0, np.int64), *surface.borders]
+    keys = np.concatenate([loop * n + np.roll(loop, -1) for loop in loops])
+    first = np.array([path[0] * n + path[1] for path in surface.origins.paths], np.int64)
+    along: Bools = np.isin(first, keys)
+    return along
+
+
 def check_ends(latitudes: Latitudes) -> Iterator[Finding]:
-    """Open polylines begin and end on selvedges and touch them nowhere else; origins end where they were given."""
+    """Check that open polylines begin and end on free borders and touch them nowhere else, origins excepted.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    """
     surface, polylines = latitudes.surface, latitudes.polylines
     corners, carries = carriers_of(surface, polylines)
     after = surface.faces[:, [1, 2, 0]].ravel()
@@ -86,52 +159,7 @@ def check_ends(latitudes: Latitudes) -> Iterator[Finding]:
     owner = np.tile(np.arange(len(polylines)), 2)
     asked = ~polylines.closed[owner] & (latitudes.generation[owner] > 0) & (polylines.counts[owner] > 0)
     at, owner = at[asked], owner[asked]
-    on_selvedge = inside[at] | ((low[at] == high[at]) & beside[np.minimum(low[at], n - 1)])
-    yield count("ends_off_selvedges", owner[~on_selvedge], "polyline")
+    on_free_border = inside[at] | ((low[at] == high[at]) & beside[np.minimum(low[at], n - 1)])
+    yield count("ends_off_free_borders", owner[~on_free_border], "polyline")
     inside[at] = False
-    yield count("selvedges_touched_between_ends", polylines.owner[inside], "polyline")
-
-
-def find_outlines(latitudes: Latitudes) -> Outlines:
-    """Follow the borders from each end of an open polyline to the next."""
-    surface, polylines = latitudes.surface, latitudes.polylines
-    open_ = np.flatnonzero(~polylines.closed & (polylines.counts > 0))
-    ends = np.concatenate([polylines.offsets[:-1][open_], polylines.offsets[1:][open_] - 1])
-    owner, is_last = np.tile(open_, 2), np.arange(2 * len(open_)) >= len(open_)
-    corners, carries = (part[ends] for part in carriers_of(surface, polylines))
-    loop, place = places_on_borders(surface, corners, carries, polylines.barycentric[ends])
-    on_border = loop != OFF_BORDER
-    ahead = 2 * owner + np.where(is_last, LEFT, RIGHT)
-    along = np.isin(owner, np.flatnonzero(origins_along_borders(surface)))
-    # The right side of an origin along a border has no surface: its left side is on both sides of its ends.
-    ahead, behind = np.where(along, 2 * owner + LEFT, ahead), np.where(along, 2 * owner + LEFT, ahead ^ 1)
-    here = np.flatnonzero(on_border)
-    here = here[np.lexsort([place[here], loop[here]])]
-    first = np.searchsorted(loop[here], loop[here], side="left")
-    n_here = np.searchsorted(loop[here], loop[here], side="right") - first
-    following = here[first + (np.arange(len(here)) - first + 1) % np.maximum(n_here, 1)]
-    stretches = np.stack([ahead[here], behind[following]], axis=1)
-    # Around an end inside the surface one side goes over into the other.
-    turns = np.stack([ahead[~on_border], ahead[~on_border] ^ 1], axis=1)
-    one, other = np.concatenate([stretches, turns]).T
-    n = 2 * len(polylines)
-    links = coo_matrix((np.ones(len(one), bool), (one, other)), shape=(n, n))
-    _, label = connected_components(links, directed=False)
-    return Outlines(label.astype(np.int64), stretches, _n_whole_selvedges(surface, np.unique(loop[here])))
-
-
-def _n_whole_selvedges(surface: SurfaceMesh, ended_on: Ints) -> int:
-    """How many borders are no closed origin, and have no end of a polyline."""
-    vertices = surface.origins.vertices()
-    others = [k for k, loop in enumerate(surface.borders) if not np.isin(loop[:2], vertices).all()]
-    return len(np.setdiff1d(others, ended_on))
-
-
-def origins_along_borders(surface: SurfaceMesh) -> Bools:
-    """(O,) whether each origin runs along a border, told by its first edge."""
-    n = surface.n_vertices
-    loops = [np.zeros(0, np.int64), *surface.borders]
-    keys = np.concatenate([loop * n + np.roll(loop, -1) for loop in loops])
-    first = np.array([path[0] * n + path[1] for path in surface.origins.paths], np.int64)
-    along: Bools = np.isin(first, keys)
-    return along
+    yield count("free_borders_touched_between_ends", polylines.owner[inside], "polyline")
