@@ -29,7 +29,7 @@ from weavecore.reading import curves_from, inspect_file, read_curves, read_resul
 from weavecore.reading.formats.result_json import read_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
-from weavecore.viewing.page.document import encode_page
+from weavecore.viewing.page.html_page import encode_page
 from weavecore.viewing.picture import encode_picture
 from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface, describe_weave
 from weavecore.weaving.sequence import find_sequence

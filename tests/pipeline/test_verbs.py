@@ -12,7 +12,7 @@ import weavecore as wc
 from weavecore import pipeline
 from weavecore.errors import NotWritten, OutputExists, Unsupported
 from weavecore.exporting.registry import WRITERS, encode
-from weavecore.viewing.page.document import encode_page
+from weavecore.viewing.page.html_page import encode_page
 from weavecore.viewing.picture import encode_picture
 from weavecore.weaving.sequence import find_sequence
 from woven_tube import tube_lattice, tube_surface

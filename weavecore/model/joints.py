@@ -1,4 +1,4 @@
-"""`Joints`: where rods cross, and in which order they lie there."""
+"""`Joints`: where rods cross, and in which order they lie there; `Clashes`: where rods intersect elsewhere."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from weavecore.geometry.arrays import Floats, Ints, frozen, rows_of
 class Joints:
     """The nodes that two or more rods pass, each with its rods from the innermost to the outermost.
 
-    A *visit* is an entry of ``strands.nodes``: one strand at one node.  Out is where the
-    surface looks.
+    A *visit* is an entry of ``strands.nodes``: one strand at one node.  Outermost is furthest along the normal of the
+    surface.
 
     Parameters
     ----------
     node : (J,) int64
         Rising.
     offsets : (J+1,) int64
-    visit : (…,) int64
+    visit : (V,) int64
         Visits at joint ``j``, each rod under the next: ``visit[offsets[j]:offsets[j + 1]]``.
-    strand : (…,) int64
+    strand : (V,) int64
         The strand of each of these visits.
     """
 
@@ -43,12 +43,12 @@ class Joints:
 
     @cached_property
     def joint(self) -> Ints:
-        """(…,) the joint of each visit."""
+        """(V,) the joint of each visit."""
         return rows_of(self.offsets)
 
     @cached_property
     def rank(self) -> Ints:
-        """(…,) how many rods lie under each visit."""
+        """(V,) how many rods lie under each visit."""
         ranks: Ints = np.arange(len(self.visit)) - self.offsets[self.joint]
         return ranks
 
@@ -69,10 +69,6 @@ class Joints:
         return rows if counts.size else np.zeros((0, 3), np.int64)
 
 
-# ----------------------------------------------------------------------
-# `Clashes`: rods that would cut into each other.
-
-
 @dataclass(frozen=True, eq=False)
 class Clashes:
     """Pairs of rods whose axes come nearer to each other than a diameter, the nearest first.
@@ -80,7 +76,7 @@ class Clashes:
     Parameters
     ----------
     strands : (K, 2) int64
-        A rod that clashes with itself is there twice.
+        A rod that intersects itself is named twice.
     distance : (K,) float64
         The least one of each pair.
     point : (K, 3) float64

@@ -18,8 +18,8 @@ class BuildSequence:
     strand : (S,) int64
         Each rod once.
     is_ring : (S,) bool
-        Whether the rod of each step is a ring of the latitudinal family, or a rod of it from selvedge to
-        selvedge, which the others bind.
+        Whether the rod of each step is a ring of the latitudinal family, or a rod of that family
+        between free borders.
     generation : (S,) int64
         Never falling: all rings of a generation, then the rods that are woven in before the next.  Generation 0
         are the borders and what binds them alone.

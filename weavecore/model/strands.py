@@ -18,11 +18,11 @@ class Strands:
     ----------
     offsets : (S+1,) int64
         Strand ``s`` runs through ``nodes[offsets[s]:offsets[s + 1]]``.
-    nodes : (…,) int64
+    nodes : (M,) int64
         The first node of a closed strand is not repeated at its end.
     family : (S,) int64
-        `LATITUDINAL`, `LONGITUDINAL` or `POCKET`.  Latitudinal edges keep to themselves; a longitudinal
-        strand may go on along edges of a pocket.
+        `LATITUDINAL`, `LONGITUDINAL` or `POCKET`.  Latitudinal strands have latitudinal edges only; a longitudinal
+        strand may continue along edges of a pocket.
     closed : (S,) bool
     """
 
@@ -53,10 +53,19 @@ class Strands:
 
 
 def first_generations(strands: Strands, lattice: Lattice) -> Ints:
-    """(S,) the least generation that each strand touches.
+    """The least generation that each strand touches.
 
-    Nodes that lie on none do not count unless they are all; then it is 0, or on a surface with selvedges, along which
+    Nodes off the latitudes do not count unless all are; then it is 0, or on a surface with free borders, along which
     rods lie at any depth, that of the latitudes before them, by their mean depth as in the order of construction.
+
+    Parameters
+    ----------
+    strands : Strands
+    lattice : Lattice
+
+    Returns
+    -------
+    (S,) int64
     """
     latitudes = lattice.latitudes
     none = latitudes.n_generations

@@ -1,4 +1,4 @@
-"""What the page draws as rods: sampled curves with names, families and depths.
+"""The curves that the page draws as rods, sampled, with names, families and depths.
 
 The *depth* of a sample is its generation, with a fraction between two latitudes; the page cuts the rods by it.
 """
@@ -13,17 +13,22 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.splines import CurveSamples
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.model.lattice import node_generations
-from weavecore.palette import LONGITUDES, POCKETS, FREE_BORDERS, WOVEN
-from weavecore.viewing.outlines import outlines_of
+from weavecore.palette import FREE_BORDERS, LONGITUDES, POCKETS, WOVEN
+from weavecore.viewing.surface_paths import paths_of_surface
 
 _STEPS_PER_EDGE = 16
+"""Samples of an axis in one edge, of which those are kept where it turns."""
+
 _TURN = np.radians(5.0)
-"""A rod is drawn in straight pieces that turn by no more than about this."""
+"""A rod is drawn in straight segments that turn by about this angle, so that it looks smooth."""
+
+_BORDER_RADIUS, _LINE_RADIUS = 0.002, 0.03
+"""Radius of borders in sizes of the surface, and of polylines and strands in spacings."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """A family of rods: its name and its colour from 0 to 255."""
+    """A family of rods: its name, and its colour (red, green, blue from 0 to 255)."""
 
     name: str
     colour: tuple[int, int, int]
@@ -39,7 +44,7 @@ _OF_LATTICE = (Family("Latitudes", WOVEN["L"]), Family("Longitudes", LONGITUDES)
 
 
 @dataclass(frozen=True, eq=False)
-class Curves:
+class PageCurves:
     """Curves end to end; of a closed one the first sample comes again at its end.
 
     Parameters
@@ -47,6 +52,7 @@ class Curves:
     names : tuple of str
     families : tuple of Family
     family : (R,) int64
+        Index in ``families``.
     closed : (R,) bool
     offsets : (R+1,) int64
     points : (N, 3) float64
@@ -73,24 +79,34 @@ class Curves:
         return self.stations[self.offsets[1:] - 1]
 
 
-def curves_of_borders(surface: SurfaceMesh) -> Curves:
-    """The borders and cuts of a surface, or its origins and selvedges where origins were chosen."""
-    outlines = outlines_of(surface)
-    chosen = (Family("Origins", WOVEN["L"]), Family("Selvedges", FREE_BORDERS))[: 1 + outlines.is_free_border.any()]
+def curves_of_borders(surface: SurfaceMesh) -> PageCurves:
+    """The borders and cuts of a surface, or its origins and free borders where origins were chosen.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    """
+    paths = paths_of_surface(surface)
+    chosen = (Family("Origins", WOVEN["L"]), Family("Free borders", FREE_BORDERS))[: 1 + paths.is_free_border.any()]
     return _straight(
-        outlines.points,
-        outlines.offsets,
-        outlines.closed,
-        np.zeros(len(outlines.points)),
-        names=list(outlines.names),
+        paths.points,
+        paths.offsets,
+        paths.closed,
+        np.zeros(len(paths.points)),
+        names=list(paths.names),
         families=(Family("Borders", WOVEN["L"]),) if surface.starts is None else chosen,
-        family=outlines.is_free_border.astype(np.int64),
-        radius=0.002 * surface.size,
+        family=paths.is_free_border.astype(np.int64),
+        radius=_BORDER_RADIUS * surface.size,
     )
 
 
-def curves_of_latitudes(latitudes: Latitudes) -> Curves:
-    """The polylines, named by their number."""
+def curves_of_latitudes(latitudes: Latitudes) -> PageCurves:
+    """The polylines, named by their index.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    """
     lines = latitudes.polylines
     return _straight(
         lines.points,
@@ -100,12 +116,18 @@ def curves_of_latitudes(latitudes: Latitudes) -> Curves:
         names=[f"polyline {p}" for p in range(len(latitudes))],
         families=(Family("Latitudes", WOVEN["L"]),),
         family=np.zeros(len(latitudes), np.int64),
-        radius=0.03 * latitudes.spacing,
+        radius=_LINE_RADIUS * latitudes.spacing,
     )
 
 
-def curves_of_lattice(lattice: Lattice, strands: Strands) -> Curves:
-    """The strands from node to node, named by their number."""
+def curves_of_lattice(lattice: Lattice, strands: Strands) -> PageCurves:
+    """The strands from node to node, named by their index.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    strands : Strands
+    """
     return _straight(
         lattice.nodes[strands.nodes],
         strands.offsets,
@@ -114,18 +136,23 @@ def curves_of_lattice(lattice: Lattice, strands: Strands) -> Curves:
         names=[f"strand {s}" for s in range(len(strands))],
         families=_OF_LATTICE,
         family=strands.family,
-        radius=0.03 * min(lattice.latitudes.spacing, lattice.edge_length),
+        radius=_LINE_RADIUS * min(lattice.latitudes.spacing, lattice.edge_length),
     )
 
 
-def curves_of_weave(weave: Weave) -> Curves:
-    """The axes of the rods, with as few samples as look smooth."""
+def curves_of_weave(weave: Weave) -> PageCurves:
+    """The axes of the rods, with as few samples as look smooth.
+
+    Parameters
+    ----------
+    weave : Weave
+    """
     lattice, axes = weave.lattice, weave.axes
     samples = axes.samples(min(lattice.latitudes.spacing, lattice.edge_length) / _STEPS_PER_EDGE)
     depth = _depth_along(samples, axes.offsets, axes.closed, node_generations(lattice)[weave.strands.nodes])
     kept = _corners(samples)
     letters = [letter for letter in _LETTERS if any(name.startswith(letter) for name in weave.ids)]
-    return Curves(
+    return PageCurves(
         names=weave.ids,
         families=tuple(_LETTERS[letter] for letter in letters),
         family=np.array([letters.index(name[0]) for name in weave.ids], np.int64),
@@ -148,7 +175,7 @@ def _straight(
     families: tuple[Family, ...],
     family: Ints,
     radius: float,
-) -> Curves:
+) -> PageCurves:
     """Curves through the given points, closed ones brought back to their start."""
     counts = np.diff(offsets) + closed
     all_offsets = offsets_of(counts)
@@ -160,11 +187,11 @@ def _straight(
     steps[all_offsets[:-1]] = 0.0
     total = np.cumsum(steps)
     stations = total - total[all_offsets[:-1]][row] if len(total) else total
-    return Curves(tuple(names), families, family, closed, all_offsets, points, stations, depth[index], radius)
+    return PageCurves(tuple(names), families, family, closed, all_offsets, points, stations, depth[index], radius)
 
 
 def _corners(samples: CurveSamples) -> Ints:
-    """The samples that are needed: ends, given points, and where the curve has turned far enough."""
+    """Indices of the samples that are needed: ends, given points, and where the curve has turned by `_TURN`."""
     chord = np.linalg.norm(np.diff(samples.tangents, axis=0, prepend=samples.tangents[:1]), axis=1)
     sector = np.floor(np.cumsum(chord) / _TURN)
     needed = samples.is_given | (np.diff(sector, prepend=-1.0) > 0)
@@ -181,7 +208,7 @@ def _depth_along(samples: CurveSamples, offsets: Ints, closed: Bools, at_visits:
     depth = np.zeros(len(known))
     depth[samples.is_given] = at_visits
     depth[last[closed]] = at_visits[offsets[:-1][closed]]
-    # All curves end to end, each a gap after the one before, make one rising row.
+    # With a gap between curves, the stations of all of them are one rising sequence to interpolate in.
     base = np.concatenate([[0.0], np.cumsum(samples.stations[last] + 1.0)])[:-1]
     along = samples.stations + np.repeat(base, np.diff(samples.offsets))
     result: Floats = np.interp(along, along[known], depth[known]) if len(first) else depth

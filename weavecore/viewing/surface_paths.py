@@ -1,4 +1,4 @@
-"""The lines of a surface that are drawn and counted: where distances start, and the borders where none does."""
+"""The paths along edges of a surface that are drawn: origins of distances, and free borders, where none starts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from weavecore.model import Origins, SurfaceMesh
 
 
 @dataclass(frozen=True, eq=False)
-class Outlines:
+class SurfacePaths:
     """Paths along edges of a surface.
 
     Parameters
@@ -43,32 +43,42 @@ class Outlines:
         return offsets_of([len(path) for path in self.paths])
 
     def segments(self) -> tuple[Ints, Ints, Bools]:
-        """First and second vertex of every segment, and whether it is of a selvedge."""
+        """First and second vertex of every segment, and whether it is on a free border."""
         nothing = np.zeros(0, np.int64)
         ends = [(path, np.roll(path, -1)) if c else (path[:-1], path[1:]) for path, c in zip(self.paths, self.closed)]
         marks = np.repeat(self.is_free_border, np.array([len(a) for a, _ in ends], np.int64))
         return np.concatenate([nothing, *(a for a, _ in ends)]), np.concatenate([nothing, *(b for _, b in ends)]), marks
 
 
-def outlines_of(surface: SurfaceMesh) -> Outlines:
-    """The borders, then the cuts; where origins were chosen these, then the selvedges, border by border."""
+def paths_of_surface(surface: SurfaceMesh) -> SurfacePaths:
+    """Find the paths of a surface.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    SurfacePaths
+        The borders, then the cuts; where origins were chosen these, then the free borders, border by border.
+    """
     if surface.starts is None:
         paths: list[Ints] = [*surface.borders, *surface.cuts]
         names = [f"border {k}" for k in range(len(surface.borders))] + [f"cut {k}" for k in range(len(surface.cuts))]
         flags = np.ones(len(paths), bool), np.zeros(len(paths), bool)
-        return Outlines(surface, tuple(paths), *flags, tuple(names))
-    origins, selvedges = surface.starts, _selvedges(surface)
-    n, m = len(origins), len(selvedges)
-    return Outlines(
+        return SurfacePaths(surface, tuple(paths), *flags, tuple(names))
+    origins, stretches = surface.starts, _free_stretches(surface)
+    n, m = len(origins), len(stretches)
+    return SurfacePaths(
         surface,
-        (*origins.paths, *(path for path, _ in selvedges)),
-        np.concatenate([origins.closed, np.array([closed for _, closed in selvedges], bool)]),
+        (*origins.paths, *(path for path, _ in stretches)),
+        np.concatenate([origins.closed, np.array([closed for _, closed in stretches], bool)]),
         np.arange(n + m) >= n,
-        (*(f"origin {k}" for k in range(n)), *(f"selvedge {k}" for k in range(m))),
+        (*(f"origin {k}" for k in range(n)), *(f"free border {k}" for k in range(m))),
     )
 
 
-def _selvedges(surface: SurfaceMesh) -> list[tuple[Ints, bool]]:
+def _free_stretches(surface: SurfaceMesh) -> list[tuple[Ints, bool]]:
     """The stretches of border between origins, and whether each is a whole border."""
     tail, head = halfedge_ends(surface.faces)
     n = surface.n_vertices
@@ -87,22 +97,41 @@ def _selvedges(surface: SurfaceMesh) -> list[tuple[Ints, bool]]:
     return found
 
 
-def chosen_borders(surface: SurfaceMesh) -> tuple[str, int]:
-    """In words to follow the number of borders how many of them were chosen; and how many curves inside were.
+def describe_chosen_borders(surface: SurfaceMesh) -> tuple[str, int]:
+    """Describe in words how many borders were chosen as origins.
 
-    The words are empty where distances start at all borders.
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    words : str
+        To follow the count of borders; empty where distances start at all of them.
+    n_inside : int
+        Count of chosen curves inside the surface.
     """
     if surface.starts is None:
         return "", 0
-    inside, closed = are_inside(surface, surface.starts), surface.starts.closed
+    inside, closed = origins_inside(surface, surface.starts), surface.starts.closed
     whole, parts = int((~inside & closed).sum()), int((~inside & ~closed).sum())
-    told = [f"{whole} chosen"] if whole else []
-    told += [f"{parts} chosen in part"] if parts else []
-    return f" ({', '.join(told) or 'none chosen'})" if surface.borders else "", int(inside.sum())
+    words = [f"{whole} chosen"] if whole else []
+    words += [f"{parts} chosen in part"] if parts else []
+    return f" ({', '.join(words) or 'none chosen'})" if surface.borders else "", int(inside.sum())
 
 
-def are_inside(surface: SurfaceMesh, origins: Origins) -> Bools:
-    """(O,) whether each origin runs inside the surface, and not along a border."""
+def origins_inside(surface: SurfaceMesh, origins: Origins) -> Bools:
+    """Whether each origin runs inside the surface, and not along a border.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    origins : Origins
+
+    Returns
+    -------
+    (O,) bool
+    """
     tail, head = halfedge_ends(surface.faces)
     n, on_border = surface.n_vertices, surface.twins == NO_TWIN
     first = np.array([path[0] * n + path[1] for path in origins.paths], np.int64)

@@ -1,4 +1,8 @@
-"""The page as one document: markup, style, programs and data in a single file that asks the network for nothing."""
+"""The HTML page: markup, style, programs and data in one file that loads nothing from the network.
+
+The template ``assets/page.html`` has marks ``{{name}}``.  A content security policy allows only the scripts and the
+style whose SHA-256 is in the page; texts of the result are data, with ``<``, ``>`` and ``&`` escaped.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from importlib import resources
 from typing import Any, Optional
 
 from weavecore.model import BuildSequence, Strands
-from weavecore.viewing.page.content import page_content
+from weavecore.viewing.page.page_content import page_content
 from weavecore.viewing.scene import Drawable
 
 _LIBRARY = "three.js"
@@ -32,7 +36,7 @@ _PROGRAMS = (
 def encode_page(
     value: Drawable, *, strands: Optional[Strands] = None, sequence: Optional[BuildSequence] = None
 ) -> bytes:
-    """The bytes of the HTML page that shows a stage's result.
+    """Write the HTML page that shows a stage's result.
 
     Parameters
     ----------
@@ -40,7 +44,7 @@ def encode_page(
     strands : Strands, optional
         The rods of a lattice, which it needs.
     sequence : BuildSequence, optional
-        The construction of a weave, to be stepped through.
+        The construction of a weave.
 
     Returns
     -------
@@ -61,13 +65,13 @@ def encode_page(
         "program": program,
     }
     page = _asset("page.html")
-    # What is put in may itself hold a mark: the template is taken apart first.
+    # A part may itself contain a mark, so the template is split first.
     head, *rest = page.split("{{")
     filled = [head]
     for piece in rest:
         name, _, text = piece.partition("}}")
         filled += [parts[name], text]
-    # A lone surrogate in a name has no bytes.
+    # A lone surrogate in a name cannot be encoded.
     return "".join(filled).encode("utf-8", "replace")
 
 
@@ -76,7 +80,7 @@ def _asset(name: str) -> str:
 
 
 def _policy(programs: list[str], style: str) -> str:
-    """Nothing may be loaded, and nothing run but what stands in the page."""
+    """The content security policy: load nothing, and run only the scripts of the page."""
     runs = " ".join(_hash(program) for program in programs)
     return (
         f"default-src 'none'; script-src {runs}; style-src {_hash(style)}; "
@@ -89,6 +93,6 @@ def _hash(text: str) -> str:
 
 
 def _as_script_data(content: dict[str, Any]) -> str:
-    """JSON in which no text can end the element that it stands in."""
+    """JSON in which no text can close its script element."""
     text = json.dumps(content, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

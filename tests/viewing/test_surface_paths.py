@@ -1,4 +1,4 @@
-"""Where distances start and where borders are selvedges is told apart in pictures, pages and words."""
+"""Where distances start and where borders are free is kept apart in pictures, pages and words."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import pytest
 from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, path_through, plate, started
 from weavecore.model import Origins
 from weavecore.palette import FREE_BORDERS
-from weavecore.viewing.outlines import outlines_of
-from weavecore.viewing.page.content import page_content
+from weavecore.viewing.page.page_content import page_content
 from weavecore.viewing.picture import draw_pixels
 from weavecore.viewing.scene import scene_of
 from weavecore.viewing.summary import describe_latitudes, describe_surface
+from weavecore.viewing.surface_paths import paths_of_surface
 from woven_tube import tube_latitudes, tube_surface
 
 
 @pytest.mark.parametrize("name", CLOTHS)
 def test_every_border_edge_and_every_origin_is_drawn_once(name: str) -> None:
     surface = CLOTHS[name]()
-    a, b, is_free_border = outlines_of(surface).segments()
+    a, b, is_free_border = paths_of_surface(surface).segments()
     drawn = {frozenset(pair) for pair in zip(a.tolist(), b.tolist())}
     assert len(drawn) == len(a)
     of_borders = [zip(loop.tolist(), np.roll(loop, -1).tolist()) for loop in surface.borders]
@@ -30,13 +30,13 @@ def test_every_border_edge_and_every_origin_is_drawn_once(name: str) -> None:
     assert is_free_border.sum() == surface.is_free_border.sum()
 
 
-def test_selvedges_are_the_stretches_between_the_origins() -> None:
-    whole, sides = outlines_of(CLOTHS["hole"]()), outlines_of(CLOTHS["two sides"]())
-    assert (whole.names, whole.closed.tolist()) == (("origin 0", "selvedge 0"), [True, True])
-    assert sides.names == ("origin 0", "origin 1", "selvedge 0", "selvedge 1")
+def test_free_borders_are_the_stretches_between_the_origins() -> None:
+    whole, sides = paths_of_surface(CLOTHS["hole"]()), paths_of_surface(CLOTHS["two sides"]())
+    assert (whole.names, whole.closed.tolist()) == (("origin 0", "free border 0"), [True, True])
+    assert sides.names == ("origin 0", "origin 1", "free border 0", "free border 1")
     assert not sides.closed.any()
     assert [len(path) for path in sides.paths] == [ROWS + 1, ROWS + 1, COLUMNS + 1, COLUMNS + 1]
-    assert outlines_of(tube_surface()).names == ("border 0", "border 1")
+    assert paths_of_surface(tube_surface()).names == ("border 0", "border 1")
 
 
 @pytest.mark.parametrize(
@@ -80,14 +80,14 @@ def test_an_open_polyline_is_drawn_without_a_closing_piece() -> None:
     latitudes = cloth_latitudes("three sides")
     scene, lines = scene_of(latitudes), latitudes.polylines
     drawn = np.linalg.norm(scene.ends - scene.starts, axis=1)
-    of_selvedges = (scene.colours == FREE_BORDERS).all(1)
-    assert drawn[~of_selvedges].sum() == pytest.approx(lines.lengths.sum())
-    assert drawn[of_selvedges].sum() == pytest.approx(COLUMNS * EDGE)
+    of_free_borders = (scene.colours == FREE_BORDERS).all(1)
+    assert drawn[~of_free_borders].sum() == pytest.approx(lines.lengths.sum())
+    assert drawn[of_free_borders].sum() == pytest.approx(COLUMNS * EDGE)
     rods = page_content(latitudes)["rods"]
     assert len(rods["names"]) == len(latitudes)
 
 
-def test_selvedges_are_grey_in_the_picture() -> None:
+def test_free_borders_are_grey_in_the_picture() -> None:
     surface = plate()
     view = (0.0, 0.0, 1.0)
     chosen = draw_pixels(started(surface, surface.borders[0], closed=True), size=(160, 120), view=view)
@@ -103,6 +103,6 @@ def test_selvedges_are_grey_in_the_picture() -> None:
     assert is_blue(from_slit)[50:70].any()
 
 
-def test_the_page_has_a_family_for_selvedges() -> None:
-    assert [family["name"] for family in page_content(CLOTHS["side"]())["families"]] == ["Origins", "Selvedges"]
+def test_the_page_has_a_family_for_free_borders() -> None:
+    assert [family["name"] for family in page_content(CLOTHS["side"]())["families"]] == ["Origins", "Free borders"]
     assert [family["name"] for family in page_content(tube_surface())["families"]] == ["Borders"]
