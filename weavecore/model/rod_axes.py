@@ -1,4 +1,4 @@
-"""`RodAxes`: the middle line of every rod as a smooth curve, and where it passes the joints."""
+"""`RodAxes`: the centre line of every rod as a smooth curve, and where it passes the joints."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ class RodAxes:
         Visits of strand ``s``: ``offsets[s]:offsets[s + 1]``.
     closed : (S,) bool
     points : (M, 3) float64
-        Where the axis is at each visit.
+        The axis at each visit.
     derivatives : (M, 3) float64
         Derivative there by the parameter.
     parameters : (M,) float64
         Rising from 0 along each strand.
     ends : (S,) float64
-        Parameter at the end of each strand; of a closed one that at which it is back at its first visit.
+        Parameter at the end of each strand; of a closed one where it returns to its first visit.
     knot_offsets : (S+1,) int64
     knots : (…,) float64
         Knots of each strand's B-spline of degree 3 in full form, four more than control points.
     control_offsets : (S+1,) int64
     controls : (…, 3) float64
-        Control points; of a closed strand the first three come again at the end.
+        Control points; of a closed strand the first three are repeated at the end.
     stations : (M,) float64
         Arc length from the start of the strand to each visit.
     lengths : (S,) float64
         Arc length of each strand, once around for a closed one.
     layer_offsets : (M,) float64
-        How far out of the surface the axis is at each visit, along the node's normal.
+        Distance of the axis from the surface at each visit, along the node's normal.
     """
 
     offsets: Ints

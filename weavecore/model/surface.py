@@ -111,7 +111,7 @@ class SurfaceMesh:
         bad = ~inside | ~np.isin(a * n + b, sides)
         if bad.any():
             raise BadIndex(
-                "Paths from which distances start must run along edges",
+                "Some paths from which distances start do not run along edges",
                 remedy="Use vertices each of which has an edge to the next.",
                 ids=np.unique(a[bad]).tolist(),
                 kind="vertex",
