@@ -20,7 +20,7 @@ import numpy as np
 
 from weavecore.exporting.polygons import faces_of
 from weavecore.exporting.product import Product, strand_lengths
-from weavecore.exporting.rhino_document import RhinoDocument
+from weavecore.exporting.rhino_builder import RhinoFileBuilder
 from weavecore.geometry.arrays import Floats
 from weavecore.model import FAMILIES, LATITUDINAL, LONGITUDINAL, Latitudes, Lattice, Strands, Weave, first_generations
 from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours, utilisation_colours
@@ -48,20 +48,20 @@ def encode_3dm(product: Product) -> bytes:
     NotWritten
         Where rhino3dm rejects an object, without a reason.
     """
-    document = RhinoDocument(product.surface.unit, product.surface.tolerance, seed=_fingerprint(product))
+    builder = RhinoFileBuilder(product.surface.unit, product.surface.tolerance, seed=_fingerprint(product))
     if product.latitudes is None:
-        _add_faces(document, product, "surface", product.surface.name or "surface")
-        return document.encode()
-    _add_latitudes(document, product.latitudes)
+        _add_faces(builder, product, "surface", product.surface.name or "surface")
+        return builder.encode()
+    _add_latitudes(builder, product.latitudes)
     if product.lattice is not None:
         if product.strands is not None:
-            _add_strands(document, product.strands, product.lattice)
+            _add_strands(builder, product.strands, product.lattice)
         if product.weave is not None:
-            _add_rods(document, product.weave)
+            _add_rods(builder, product.weave)
         texts = {"pattern": product.lattice.pattern, "edge_length": product.lattice.edge_length}
-        document.add_points(product.lattice.nodes, document.layer("weave::nodes", NODES), "nodes", texts)
-        _add_faces(document, product, "lattice", "lattice")
-    return document.encode()
+        builder.add_points(product.lattice.nodes, builder.layer("weave::nodes", NODES), "nodes", texts)
+        _add_faces(builder, product, "lattice", "lattice")
+    return builder.encode()
 
 
 def _layer_of(family: str, generation: int, latitudes: Latitudes) -> str:
@@ -70,14 +70,14 @@ def _layer_of(family: str, generation: int, latitudes: Latitudes) -> str:
     return f"weave::{family}::{generation:0{digits}d}"
 
 
-def _add_latitudes(document: RhinoDocument, latitudes: Latitudes) -> None:
+def _add_latitudes(builder: RhinoFileBuilder, latitudes: Latitudes) -> None:
     parents: dict[int, list[int]] = {}
     for parent, child in latitudes.parents.tolist():
         parents.setdefault(child, []).append(parent)
     colours = latitude_colours(np.arange(latitudes.n_generations), latitudes.n_generations).tolist()
     figures = zip(latitudes.generation.tolist(), latitudes.distance.tolist(), latitudes.polylines.lengths.tolist())
     for p, (generation, distance, length) in enumerate(figures):
-        layer = document.layer(_layer_of("latitudes", generation, latitudes), tuple(colours[generation]))
+        layer = builder.layer(_layer_of("latitudes", generation, latitudes), tuple(colours[generation]))
         texts = {
             "id": p,
             "family": FAMILIES[LATITUDINAL],
@@ -87,22 +87,22 @@ def _add_latitudes(document: RhinoDocument, latitudes: Latitudes) -> None:
             "length": length,
         }
         points = _closed_points(latitudes.polylines.polyline(p), is_closed=bool(latitudes.polylines.closed[p]))
-        document.add_polyline(points, layer, f"latitude {p}", texts)
+        builder.add_polyline(points, layer, f"latitude {p}", texts)
 
 
-def _add_strands(document: RhinoDocument, strands: Strands, lattice: Lattice) -> None:
+def _add_strands(builder: RhinoFileBuilder, strands: Strands, lattice: Lattice) -> None:
     """Add all strands but the latitudinal ones, which run along the latitudes."""
     begins = first_generations(strands, lattice).tolist()
     lengths = strand_lengths(strands, lattice).tolist()
     for s in np.flatnonzero(strands.family != LATITUDINAL).tolist():
         family = int(strands.family[s])
         if family == LONGITUDINAL:
-            layer = document.layer(_layer_of("longitudes", begins[s], lattice.latitudes), LONGITUDES)
+            layer = builder.layer(_layer_of("longitudes", begins[s], lattice.latitudes), LONGITUDES)
         else:
-            layer = document.layer("weave::pockets", POCKETS)
+            layer = builder.layer("weave::pockets", POCKETS)
         texts = {"id": s, "family": FAMILIES[family], "generation": begins[s], "length": lengths[s]}
         points = _closed_points(lattice.nodes[strands.strand(s)], is_closed=bool(strands.closed[s]))
-        document.add_polyline(points, layer, f"strand {s}", texts)
+        builder.add_polyline(points, layer, f"strand {s}", texts)
 
 
 def _closed_points(points: Floats, *, is_closed: bool) -> Floats:
@@ -110,12 +110,12 @@ def _closed_points(points: Floats, *, is_closed: bool) -> Floats:
     return np.concatenate([points, points[:1]]) if is_closed else points
 
 
-def _add_rods(document: RhinoDocument, weave: Weave) -> None:
+def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
     """Add the axes as NURBS curves of degree 3, one layer a family, coloured by utilisation."""
     colours = utilisation_colours(weave.bending.utilisation).tolist()
     bending = weave.bending
     for s, name in enumerate(weave.ids):
-        layer = document.layer(f"weave::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
+        layer = builder.layer(f"weave::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
         knots, controls = weave.axes.bspline(s)
         texts = {
             "id": name,
@@ -127,13 +127,13 @@ def _add_rods(document: RhinoDocument, weave: Weave) -> None:
             "station_at_min": float(bending.station_at_min[s]),
             "utilisation": float(bending.utilisation[s]),
         }
-        document.add_curve(knots, controls, layer, name, texts, tuple(colours[s]))
+        builder.add_curve(knots, controls, layer, name, texts, tuple(colours[s]))
 
 
-def _add_faces(document: RhinoDocument, product: Product, layer: str, name: str) -> None:
+def _add_faces(builder: RhinoFileBuilder, product: Product, layer: str, name: str) -> None:
     """Add the mesh, with the options of the result."""
-    index = document.layer(f"weave::{layer}", SURFACE)
-    document.add_mesh(faces_of(product, ".3dm"), index, name, product.parameters)
+    index = builder.layer(f"weave::{layer}", SURFACE)
+    builder.add_mesh(faces_of(product, ".3dm"), index, name, product.parameters)
 
 
 def _fingerprint(product: Product) -> str:

@@ -1,4 +1,4 @@
-"""`RhinoDocument`: a .3dm file being put together with rhino3dm, the same bytes in every run.
+"""`RhinoFileBuilder`: a .3dm file being put together with rhino3dm, the same bytes in every run.
 
 Ids of layers and objects are UUIDs (version 5) of the content.  openNURBS writes the present time into each file and no
 call of rhino3dm changes that, so the dates are overwritten in the bytes.  A .3dm is a header and then *chunks*::
@@ -42,7 +42,7 @@ _NEW_YEAR_2000 = (0, 0, 0, 1, 0, 100, 6, 0)
 """Second, minute, hour, day, month, year, day of the week and of the year, as C's struct tm counts them."""
 
 
-class RhinoDocument:
+class RhinoFileBuilder:
     """A .3dm file being put together.
 
     Parameters
