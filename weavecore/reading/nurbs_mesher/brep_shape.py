@@ -6,13 +6,14 @@ is a surface of revolution or a sum of arcs, so trims are carried over point by 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from weavecore.errors import NonFinite, Unreadable, Unsupported, WeaveError
+from weavecore.errors import NonFinite, Unreadable, Unsupported
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.nurbs import NurbsCurve, NurbsSurface, curve_points, surface_points
 from weavecore.reading.nurbs_mesher.brep_archive import (
@@ -67,31 +68,37 @@ class BrepShape:
 
 def brep_shape(brep: Any, transform: Floats | None = None) -> BrepShape:
     """Read a ``rhino3dm.Brep`` into arrays, moved by a (4, 4) transform where one is given."""
-    try:
-        return _brep_shape(brep, transform)
-    except (TypeError, AttributeError, IndexError, RuntimeError) as error:
-        if isinstance(error, WeaveError):
-            raise
-        # Parts that are damaged come as None from rhino3dm, or not at all.
-        raise _damaged(f"A part of a Brep is missing ({error})") from error
-
-
-def _brep_shape(brep: Any, transform: Floats | None) -> BrepShape:
-    archive = read_brep_archive(brep.Encode())
-    _check_indices(archive, len(brep.Vertices), len(brep.Edges), len(brep.Faces))
+    with _rhino3dm_calls("A part of a Brep is missing"):
+        encoded = brep.Encode()
+        locations = [brep.Vertices[i].Location for i in range(len(brep.Vertices))]
+        points = [(p.X, p.Y, p.Z) for p in locations]
+        native_edges = [brep.Edges[i] for i in range(len(brep.Edges))]
+        native_surfaces = [brep.Faces[i].UnderlyingSurface() for i in range(len(brep.Faces))]
+    archive = read_brep_archive(encoded)
+    _check_indices(archive, len(points), len(native_edges), len(native_surfaces))
     moved = np.eye(4) if transform is None else np.asarray(transform, np.float64)
-    locations = [brep.Vertices[i].Location for i in range(len(brep.Vertices))]
-    points = np.array([(p.X, p.Y, p.Z) for p in locations], np.float64).reshape(-1, 3)
-    edges = tuple(nurbs_curve(brep.Edges[i], moved) for i in range(len(brep.Edges)))
+    edges = tuple(nurbs_curve(edge, moved) for edge in native_edges)
     curves = _PlaneCurves(archive)
-    faces = tuple(_face_shape(brep.Faces[i], i, archive, curves, moved) for i in range(len(brep.Faces)))
+    faces = tuple(_face_shape(native, i, archive, curves, moved) for i, native in enumerate(native_surfaces))
     return BrepShape(
-        vertices=points @ moved[:3, :3].T + moved[:3, 3],
+        vertices=np.array(points, np.float64).reshape(-1, 3) @ moved[:3, :3].T + moved[:3, 3],
         edges=edges,
         edge_vertices=np.array([e.vertices for e in archive.edges], np.int64).reshape(-1, 2),
         edge_trims=np.array([len(e.trims) for e in archive.edges], np.int64),
         faces=faces,
     )
+
+
+@contextlib.contextmanager
+def _rhino3dm_calls(what: str) -> Iterator[None]:
+    """What rhino3dm raises, or its None in the place of a damaged part causes, as `Unreadable`.
+
+    Only calls of rhino3dm stand inside, so that an error of this package is not taken for a damaged file.
+    """
+    try:
+        yield
+    except (TypeError, AttributeError, IndexError, RuntimeError) as error:
+        raise _damaged(f"{what} ({error})") from error
 
 
 def _damaged(what: str) -> Unreadable:
@@ -115,31 +122,33 @@ def _check_indices(archive: BrepArchive, n_vertices: int, n_edges: int, n_faces:
 
 def nurbs_curve(curve: Any, transform: Floats | None = None) -> NurbsCurve:
     """The NURBS form of a ``rhino3dm.Curve`` as arrays; a 2D curve keeps z = 0."""
-    form = curve.ToNurbsCurve()
-    if form is None:
-        raise _damaged("A curve has no NURBS form")
-    points = np.array([(p.X, p.Y, p.Z, p.W) for p in form.Points], np.float64)
-    knots = _padded(list(form.Knots), len(points), form.Degree)
-    return NurbsCurve(form.Degree, knots, _moved(_checked(points), transform))
+    with _rhino3dm_calls("A curve has no NURBS form"):
+        form = curve.ToNurbsCurve()
+        degree, knots = form.Degree, list(form.Knots)
+        rows = [(p.X, p.Y, p.Z, p.W) for p in form.Points]
+    points = np.array(rows, np.float64).reshape(-1, 4)
+    return NurbsCurve(degree, _padded(knots, len(points), degree), _moved(_checked(points), transform))
 
 
 def nurbs_surface(surface: Any, transform: Floats | None = None) -> NurbsSurface:
     """The NURBS form of a ``rhino3dm.Surface`` as arrays."""
-    form = surface.ToNurbsSurface()
+    with _rhino3dm_calls("A part of a Brep is missing"):
+        form = surface.ToNurbsSurface()
     if form is None:
         raise Unsupported("A surface has no NURBS form", remedy="Convert it to NURBS in Rhino.")
-    grid = form.Points
-    rows = [[grid.GetControlPoint(i, j) for j in range(grid.CountV)] for i in range(grid.CountU)]
-    points = np.array([[(p.X, p.Y, p.Z, p.W) for p in row] for row in rows], np.float64)
-    degrees = form.Degree(0), form.Degree(1)
-    given = form.KnotsU.ToList(), form.KnotsV.ToList()
-    knots = _padded(given[0], grid.CountU, degrees[0]), _padded(given[1], grid.CountV, degrees[1])
+    with _rhino3dm_calls("The control points of a surface are missing"):
+        grid, degrees = form.Points, (form.Degree(0), form.Degree(1))
+        n_u, n_v, knots_u, knots_v = grid.CountU, grid.CountV, form.KnotsU.ToList(), form.KnotsV.ToList()
+        controls = [grid.GetControlPoint(i, j) for i in range(n_u) for j in range(n_v)]
+        rows = [(p.X, p.Y, p.Z, p.W) for p in controls]
+    points = np.array(rows, np.float64).reshape(n_u, n_v, 4)
+    knots = _padded(knots_u, n_u, degrees[0]), _padded(knots_v, n_v, degrees[1])
     return NurbsSurface(degrees, knots, _moved(_checked(points), transform))
 
 
 def _padded(knots: Any, n_points: int, degree: int) -> Floats:
     """Restore the end knots: openNURBS leaves out the first and the last knot, which no point depends on."""
-    inner = np.asarray(knots, np.float64)
+    inner = np.asarray(knots, np.float64).reshape(-1)
     padded = np.concatenate([inner[:1], inner, inner[-1:]])
     rising = len(padded) == n_points + degree + 1 and np.isfinite(padded).all() and (np.diff(padded) >= 0).all()
     if degree < 1 or n_points <= degree or not rising or not padded[degree] < padded[n_points]:
@@ -177,9 +186,10 @@ class _PlaneCurves:
         """At least so many fine points (M, 2) along a trim, in its own direction."""
         curve = self._native(trim.curve)
         low, high = trim.domain
-        start, end = curve.Domain.T0, curve.Domain.T1
-        if abs(low - start) + abs(high - end) > 1e-9 * (end - start):
-            curve = curve.Trim(low, high)
+        with _rhino3dm_calls("A trim of a Brep has no 2D curve"):
+            start, end = curve.Domain.T0, curve.Domain.T1
+            if abs(low - start) + abs(high - end) > 1e-9 * (end - start):
+                curve = curve.Trim(low, high)
         form = nurbs_curve(curve)
         uv = curve_points(form, fine_parameters(form, least))[:, :2]
         return uv[::-1].copy() if trim.reversed_curve else uv
@@ -187,7 +197,8 @@ class _PlaneCurves:
     def _native(self, index: int) -> Any:
         if index not in self._decoded:
             data = self._bytes[index] if index >= 0 else None
-            curve = decode(data) if data is not None else None
+            with _rhino3dm_calls("A trim of a Brep has no 2D curve"):
+                curve = decode(data) if data is not None else None
             if curve is None:
                 raise Unreadable("A trim of a Brep has no 2D curve", remedy="Rebuild its edges in Rhino.")
             self._decoded[index] = curve
@@ -205,9 +216,8 @@ def fine_parameters(curve: NurbsCurve, least: int = _LEAST_POINTS) -> Floats:
     return np.append(inner.ravel(), spans[-1])
 
 
-def _face_shape(face: Any, index: int, archive: BrepArchive, curves: _PlaneCurves, moved: Floats) -> FaceShape:
+def _face_shape(native: Any, index: int, archive: BrepArchive, curves: _PlaneCurves, moved: Floats) -> FaceShape:
     record = archive.faces[index]
-    native = face.UnderlyingSurface()
     surface = nurbs_surface(native)
     same = _same_parameters(native, surface)
     # A straight trim may run over many spans of its surface.
@@ -233,7 +243,8 @@ def _trim_curve(trim: TrimRecord, curves: _PlaneCurves, native: Any, same: bool,
 
 
 def _to_nurbs_parameters(native: Any, uv: Floats) -> Floats:
-    carried = [native.GetNurbsFormParameterFromSurfaceParameter(u, v) for u, v in uv.tolist()]
+    with _rhino3dm_calls("A surface has no NURBS form"):
+        carried = [native.GetNurbsFormParameterFromSurfaceParameter(u, v) for u, v in uv.tolist()]
     return np.array([(u, v) for _, u, v in carried], np.float64)
 
 
@@ -241,7 +252,8 @@ def _same_parameters(native: Any, surface: NurbsSurface) -> bool:
     """Whether the surface's own parameters are those of its NURBS form."""
     ways = [np.linspace(*surface.domain(way), 8)[1:-1] for way in (0, 1)]
     uv = np.column_stack([axis.ravel() for axis in np.meshgrid(*ways)])
-    own = np.array([(p.X, p.Y, p.Z) for p in (native.PointAt(u, v) for u, v in uv.tolist())])
+    with _rhino3dm_calls("A surface cannot be evaluated"):
+        own = np.array([(p.X, p.Y, p.Z) for p in (native.PointAt(u, v) for u, v in uv.tolist())])
     size = float(np.ptp(own, axis=0).max())
     return bool(np.abs(own - surface_points(surface, uv)).max() <= 1e-9 * size)
 
