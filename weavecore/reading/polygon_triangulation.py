@@ -38,7 +38,7 @@ def mesh_of_polygons(points: Floats, corners: Ints, counts: Ints, *, epsilon: fl
     for n in sorted(set(counts.tolist()) - {0, 1, 2}):
         which = np.flatnonzero(counts == n)
         polygons = corners[offsets[which][:, None] + np.arange(n)]
-        faces = polygons if n == 4 else np.repeat(clip_ears(points, polygons), [1, 1, 2], axis=2).reshape(-1, 4)
+        faces = polygons if n == 4 else clip_ears(points, polygons)[..., [0, 1, 2, 2]].reshape(-1, 4)
         parts.append(faces)
         rows.append(np.repeat(which, len(faces) // len(which)))
     order = np.argsort(np.concatenate(rows), kind="stable")
@@ -73,6 +73,8 @@ def _check(corners: Ints, counts: Ints, offsets: Ints, n_points: int) -> None:
 
 def clip_ears(points: Floats, polygons: Ints) -> Ints:
     """Triangles (P, n-2, 3) of polygons (P, n) that have n corners each."""
+    if polygons.shape[1] == 3:
+        return polygons[:, None]
     flat = _projected(points[polygons])
     left = np.tile(np.arange(polygons.shape[1]), (len(polygons), 1))
     row = np.arange(len(polygons))
