@@ -12,7 +12,7 @@ from weavecore.errors import NoSurface, TooMuchWork, Unreadable, WeaveError
 from weavecore.geometry.arrays import Floats
 from weavecore.reading.nurbs_mesher.meshed_object import MeshedObject
 from weavecore.reading.nurbs_mesher.objects import MESHED_KINDS, mesh_objects
-from weavecore.reading.raw import is_rhino_mesh
+from weavecore.rhino_geometry.conversion import is_rhino_mesh
 
 _MOST_PARTS = 10_000
 

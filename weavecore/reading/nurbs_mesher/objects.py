@@ -19,8 +19,9 @@ from weavecore.reading.nurbs_mesher.sizing import Fineness
 from weavecore.reading.nurbs_mesher.stitching import join_meshes, split_parts
 from weavecore.reading.nurbs_mesher.subd import mesh_subd
 from weavecore.reading.polygon_triangulation import split_faces
-from weavecore.reading.raw import RawMesh, is_rhino_mesh, rhino_faces, rhino_vertices
+from weavecore.reading.raw import RawMesh
 from weavecore.reading.repair import checked_faces, checked_vertices
+from weavecore.rhino_geometry.conversion import is_rhino_mesh, rhino_faces, rhino_vertices
 
 MESHED_KINDS = ("Brep", "Extrusion", "Surface", "SubD")
 """Rhino's names for the kinds of object that `mesh_object` takes."""

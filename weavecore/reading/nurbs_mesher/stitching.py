@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, first_equal_point
 from weavecore.reading.nurbs_mesher.meshed_object import UNTOLD, MeshedObject
-from weavecore.reading.orientation import find_mates, unify_orientation
+from weavecore.reading.orientation import pair_edges, unify_orientation
 
 _MOST_SHIFT = 0.3
 _NEAREST = 8
@@ -51,9 +51,9 @@ def join_meshes(meshes: Sequence[MeshedObject], *, tolerance: float) -> MeshedOb
     faces = _insert_in_borders(points, faces, face_part, reach)
     used, named = np.unique(faces, return_inverse=True)
     points, faces = points[used], named.reshape(-1, 3)
-    place = first_equal_point(points)
-    mates, _ = find_mates(faces, place)
-    faces = unify_orientation(points, faces, place, mates, np.arange(len(faces))).apply(faces)
+    weld = first_equal_point(points)
+    partner, _ = pair_edges(faces, weld)
+    faces = unify_orientation(points, faces, weld, partner, np.arange(len(faces))).apply(faces)
     notes = dict.fromkeys(note for m in meshes for note in m.notes)
     return MeshedObject(points, faces, UNTOLD, max(m.chord_error for m in meshes), tuple(notes))
 
