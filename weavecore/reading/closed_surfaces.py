@@ -34,8 +34,8 @@ from weavecore.reading.raw import Plane, counted
 from weavecore.tolerances import CUT_FROM_VERTEX, LEAST_CUT_OFF
 
 _SHARES = 0.5 + 0.04 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5])
-"""Parts of the area below the planes that are tried, the balanced ones first; beyond 0.3 to 0.7 the smaller half is
-too small to weave."""
+"""Parts of the area below the planes that are tried, the balanced ones first: from 0.3 to 0.7, so that
+both halves have room for rings."""
 
 _ROWS = 256
 """Rows of a histogram of the area over the height: heights are good to 1/256 of the extent, the tried ones are 1/25

@@ -49,7 +49,7 @@ _TOLERANCE_OF_SIZE = 1e-4
 """Points follow a curve to this part of its size, or to the model's tolerance where that is less."""
 
 _LEAST_OF_SIZE = 1e-7
-"""A model tolerance below this part of the size is not followed: it would take thousands of points a span."""
+"""A model tolerance below this part of the size is not followed: it takes thousands of points around a circle."""
 
 
 _MOST_POINTS = 200_000

@@ -24,8 +24,7 @@ _SLACK = 1e-3
 mesh."""
 
 _MOST_OBJECTS = 2_000
-"""Beyond so many objects of one layer the pairwise test of boxes would take memory of its own; they are refused as
-ambiguous."""
+"""Objects of one layer whose boxes are compared in pairs (12 MB of flags); more are refused as ambiguous."""
 
 
 def join_objects(

@@ -15,7 +15,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.reading.raw import DOUBLE, RawMesh, counted
 
 MOST_CORNERS = 256
-"""Corners of a face.  Ear clipping is cubic: 256 corners take about 0.1 s, and real files seldom have more than
+"""Corners of a face.  Ear clipping is cubic: 256 corners take about a second, and real files seldom have more than
 20."""
 
 

@@ -19,7 +19,7 @@ from weavecore.reading.choose import Names, choose_objects
 from weavecore.reading.formats.mesh_file import MESH_READERS, read_mesh_file
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.join_objects import join_objects
-from weavecore.reading.nurbs_mesher import UNTOLD, MeshedObject, mesh_block, mesh_object, mesh_objects
+from weavecore.reading.nurbs_mesher import MeshedObject, mesh_block, mesh_object, mesh_objects
 from weavecore.reading.raw import Plane, RawMesh, is_array_mesh
 from weavecore.reading.repair import repair
 from weavecore.reading.sandbox import call_guarded, limits_for
@@ -271,8 +271,7 @@ def _raw_from(
 
 
 def _raw_from_meshed(meshed: MeshedObject) -> RawMesh:
-    n_borders = None if meshed.loops_expected == UNTOLD else meshed.loops_expected
-    return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=n_borders)
+    return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=meshed.n_borders_expected)
 
 
 def _in_unit(length: Optional[LengthOrNumber], unit: str) -> Optional[float]:

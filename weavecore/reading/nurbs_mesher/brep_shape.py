@@ -1,7 +1,15 @@
 """A Brep as arrays: its edges in space, and its faces as NURBS surfaces with trims in (u, v).
 
-All surfaces are taken in their NURBS form.  Its parameters differ from the surface's own where that
-is a surface of revolution or a sum of arcs, so trims are carried over point by point.
+All surfaces are taken in their NURBS form.  Its parameters differ from the surface's own if that is a surface of
+revolution or a sum of arcs, so trims are then converted point by point::
+
+                 v ▲   ┌──◀──┐        loops run with the face on their left;
+    surface(u, v)  │   │face ▲        each trim lies on an edge in space,
+                   │   └──▶──┘        along it or against it
+                   └──────────▶ u
+
+A shape far from the origin is moved near to it: coordinates of ten million leave nine digits for the shape.  The
+origin is a whole multiple of a power of two above the size, so that subtracting it is exact.
 """
 
 from __future__ import annotations
@@ -27,10 +35,24 @@ from weavecore.reading.nurbs_mesher.brep_archive import (
 )
 
 NO_EDGE = -1
+"""Edge of a trim on which the surface collapses to a point."""
+
 _MOST_COORDINATE = 1e60
+"""Squares of greater distances overflow."""
+
 _POINTS_PER_SPAN = 16
+"""Points on each knot span of a curved trim: the length of a quarter circle is then good to 4e-4."""
+
 _LEAST_POINTS = 33
+"""Least points on a curve: a straight trim may still be curved in space."""
+
 _MOST_POINTS = 1_000
+"""Most points on a trim that follow from the spans of its surface."""
+
+
+_FAR = 8.0
+"""A surface that is further from the origin than so many times its size is recentred: below, it loses three bits at
+most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +89,22 @@ class BrepShape:
 
 
 def brep_shape(brep: Any, transform: Floats | None = None) -> BrepShape:
-    """Read a ``rhino3dm.Brep`` into arrays, moved by a (4, 4) transform where one is given."""
+    """Read a Brep into arrays.
+
+    Parameters
+    ----------
+    brep : rhino3dm.Brep
+    transform : (4, 4) float64, optional
+        Applied to it.
+
+    Returns
+    -------
+    BrepShape
+
+    Raises
+    ------
+    Unreadable, NonFinite, Unsupported
+    """
     with _rhino3dm_calls("A part of a Brep is missing"):
         encoded = brep.Encode()
         locations = [brep.Vertices[i].Location for i in range(len(brep.Vertices))]
@@ -78,7 +115,7 @@ def brep_shape(brep: Any, transform: Floats | None = None) -> BrepShape:
     _check_indices(archive, len(points), len(native_edges), len(native_surfaces))
     moved = np.eye(4) if transform is None else np.asarray(transform, np.float64)
     edges = tuple(nurbs_curve(edge, moved) for edge in native_edges)
-    curves = _PlaneCurves(archive)
+    curves = _TrimPolylines(archive)
     faces = tuple(_face_shape(native, i, archive, curves, moved) for i, native in enumerate(native_surfaces))
     return BrepShape(
         vertices=np.array(points, np.float64).reshape(-1, 3) @ moved[:3, :3].T + moved[:3, 3],
@@ -91,9 +128,9 @@ def brep_shape(brep: Any, transform: Floats | None = None) -> BrepShape:
 
 @contextlib.contextmanager
 def _rhino3dm_calls(what: str) -> Iterator[None]:
-    """What rhino3dm raises, or its None in the place of a damaged part causes, as `Unreadable`.
+    """Raise `Unreadable` where rhino3dm fails, or gives None in the place of a damaged part.
 
-    Only calls of rhino3dm stand inside, so that an error of this package is not taken for a damaged file.
+    Only calls of rhino3dm belong inside, so that an error of this package is not reported as a damaged file.
     """
     try:
         yield
@@ -121,7 +158,23 @@ def _check_indices(archive: BrepArchive, n_vertices: int, n_edges: int, n_faces:
 
 
 def nurbs_curve(curve: Any, transform: Floats | None = None) -> NurbsCurve:
-    """The NURBS form of a ``rhino3dm.Curve`` as arrays; a 2D curve keeps z = 0."""
+    """The NURBS form of a curve as arrays.
+
+    Parameters
+    ----------
+    curve : rhino3dm.Curve
+        A 2D curve has z = 0.
+    transform : (4, 4) float64, optional
+        Applied to it.
+
+    Returns
+    -------
+    NurbsCurve
+
+    Raises
+    ------
+    Unreadable, NonFinite
+    """
     with _rhino3dm_calls("A curve has no NURBS form"):
         form = curve.ToNurbsCurve()
         degree, knots = form.Degree, list(form.Knots)
@@ -131,7 +184,22 @@ def nurbs_curve(curve: Any, transform: Floats | None = None) -> NurbsCurve:
 
 
 def nurbs_surface(surface: Any, transform: Floats | None = None) -> NurbsSurface:
-    """The NURBS form of a ``rhino3dm.Surface`` as arrays."""
+    """The NURBS form of a surface as arrays.
+
+    Parameters
+    ----------
+    surface : rhino3dm.Surface
+    transform : (4, 4) float64, optional
+        Applied to it.
+
+    Returns
+    -------
+    NurbsSurface
+
+    Raises
+    ------
+    Unreadable, NonFinite, Unsupported
+    """
     with _rhino3dm_calls("A part of a Brep is missing"):
         form = surface.ToNurbsSurface()
     if form is None:
@@ -147,7 +215,7 @@ def nurbs_surface(surface: Any, transform: Floats | None = None) -> NurbsSurface
 
 
 def _padded(knots: Any, n_points: int, degree: int) -> Floats:
-    """Restore the end knots: openNURBS leaves out the first and the last knot, which no point depends on."""
+    """The knots with their first and last repeated: openNURBS omits these two, on which no point depends."""
     inner = np.asarray(knots, np.float64).reshape(-1)
     padded = np.concatenate([inner[:1], inner, inner[-1:]])
     rising = len(padded) == n_points + degree + 1 and np.isfinite(padded).all() and (np.diff(padded) >= 0).all()
@@ -167,16 +235,16 @@ def _moved(points: Floats, transform: Floats | None) -> Floats:
     return points if transform is None else points @ transform.T
 
 
-def decode(data: dict[str, Any]) -> Any:
-    """The rhino3dm object of its bytes, or None."""
+def _decode(data: dict[str, Any]) -> Any:
+    """The rhino3dm object of its encoded form, or None."""
     import rhino3dm
 
     kind: Any = rhino3dm.CommonObject
     return kind.Decode(data)
 
 
-class _PlaneCurves:
-    """The 2D curves of an archive, decoded when first asked for."""
+class _TrimPolylines:
+    """The 2D curves of an archive as fine polylines, decoded when first needed."""
 
     def __init__(self, archive: BrepArchive) -> None:
         self._bytes = archive.curves
@@ -198,7 +266,7 @@ class _PlaneCurves:
         if index not in self._decoded:
             data = self._bytes[index] if index >= 0 else None
             with _rhino3dm_calls("A trim of a Brep has no 2D curve"):
-                curve = decode(data) if data is not None else None
+                curve = _decode(data) if data is not None else None
             if curve is None:
                 raise Unreadable("A trim of a Brep has no 2D curve", remedy="Rebuild its edges in Rhino.")
             self._decoded[index] = curve
@@ -206,7 +274,18 @@ class _PlaneCurves:
 
 
 def fine_parameters(curve: NurbsCurve, least: int = _LEAST_POINTS) -> Floats:
-    """Parameters close together along a curve, its knots among them; at least so many."""
+    """Closely spaced parameters along a curve, its knots among them.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+    least : int
+        Least number of parameters.
+
+    Returns
+    -------
+    (M,) float64
+    """
     spans = np.unique(curve.knots[curve.degree : len(curve.points) + 1])
     if len(spans) < 2:
         return np.repeat(spans, 2)
@@ -216,7 +295,7 @@ def fine_parameters(curve: NurbsCurve, least: int = _LEAST_POINTS) -> Floats:
     return np.append(inner.ravel(), spans[-1])
 
 
-def _face_shape(native: Any, index: int, archive: BrepArchive, curves: _PlaneCurves, moved: Floats) -> FaceShape:
+def _face_shape(native: Any, index: int, archive: BrepArchive, curves: _TrimPolylines, moved: Floats) -> FaceShape:
     record = archive.faces[index]
     surface = nurbs_surface(native)
     same = _same_parameters(native, surface)
@@ -234,7 +313,7 @@ def _face_shape(native: Any, index: int, archive: BrepArchive, curves: _PlaneCur
     return FaceShape(final, record.reversed != bool(turned), tuple(loops))
 
 
-def _trim_curve(trim: TrimRecord, curves: _PlaneCurves, native: Any, same: bool, least: int) -> TrimCurve:
+def _trim_curve(trim: TrimRecord, curves: _TrimPolylines, native: Any, same: bool, least: int) -> TrimCurve:
     uv = curves.polyline(trim, least)
     if not same:
         uv = _to_nurbs_parameters(native, uv)
@@ -258,53 +337,59 @@ def _same_parameters(native: Any, surface: NurbsSurface) -> bool:
     return bool(np.abs(own - surface_points(surface, uv)).max() <= 1e-9 * size)
 
 
-# ----------------------------------------------------------------------
-# Shapes far from the origin, brought near to it while they are meshed.
-#
-# Coordinates of ten million leave nine digits for the shape, and evaluating a NURBS surface there loses some of them.
-# The way to the origin is a whole multiple of a power of two above the size, so that subtracting it is exact.
-
-_FAR = 8.0
-"""A surface that is further from the origin than so many times its size is brought near."""
-
-
 def recentred(shapes: Sequence[BrepShape]) -> tuple[list[BrepShape], Floats]:
-    """The shapes moved towards the origin, and the vector (3,) that brings them back; zero where they are near."""
-    places = np.concatenate([_places(face.surface.points) for shape in shapes for face in shape.faces])
+    """Move shapes that are far from the origin near to it.
+
+    Parameters
+    ----------
+    shapes : sequence of BrepShape
+
+    Returns
+    -------
+    shapes : list of BrepShape
+    origin : (3,) float64
+        To be added to bring them back; zero if they were near.
+    """
+    places = np.concatenate([_positions(face.surface.points) for shape in shapes for face in shape.faces])
     low, high = places.min(0), places.max(0)
     size = float((high - low).max())
     if not size > 0 or np.abs(low + high).max() / 2 <= _FAR * size:
         return list(shapes), np.zeros(3)
     step = 2.0 ** np.ceil(np.log2(size))
     origin: Floats = np.round((low + high) / 2 / step) * step
-    return [_shifted(shape, origin) for shape in shapes], origin
+    return [_translated_shape(shape, origin) for shape in shapes], origin
 
 
 def extent_of(shapes: Sequence[BrepShape]) -> float:
-    """Diagonal of the box about the control points."""
-    places = np.concatenate([_places(face.surface.points) for shape in shapes for face in shape.faces])
+    """Diagonal of the bounding box of the control points.
+
+    Parameters
+    ----------
+    shapes : sequence of BrepShape
+    """
+    places = np.concatenate([_positions(face.surface.points) for shape in shapes for face in shape.faces])
     return float(np.linalg.norm(np.ptp(places, axis=0)))
 
 
-def _places(points: Floats) -> Floats:
+def _positions(points: Floats) -> Floats:
     flat = points.reshape(-1, 4)
     places: Floats = flat[:, :3] / flat[:, 3:]
     return places
 
 
-def _shifted(shape: BrepShape, origin: Floats) -> BrepShape:
+def _translated_shape(shape: BrepShape, origin: Floats) -> BrepShape:
     return replace(
         shape,
         vertices=shape.vertices - origin,
-        edges=tuple(replace(edge, points=_less(edge.points, origin)) for edge in shape.edges),
+        edges=tuple(replace(edge, points=_translated(edge.points, origin)) for edge in shape.edges),
         faces=tuple(
-            replace(face, surface=replace(face.surface, points=_less(face.surface.points, origin)))
+            replace(face, surface=replace(face.surface, points=_translated(face.surface.points, origin)))
             for face in shape.faces
         ),
     )
 
 
-def _less(points: Floats, origin: Floats) -> Floats:
+def _translated(points: Floats, origin: Floats) -> Floats:
     """Homogeneous points (..., 4) moved by -origin."""
     moved = points.copy()
     moved[..., :3] -= points[..., 3:] * origin
