@@ -1,4 +1,7 @@
-"""Wavefront .obj: vertices and faces with any number of corners; the rest is passed over."""
+"""Wavefront .obj: vertices and faces with any number of corners; all else is ignored.
+
+Lines ``v x y z …`` and ``f a/… b/… c/… …``; a backslash continues a line.  Linear in the bytes.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,15 @@ def read_obj(data: bytes) -> RawMesh:
     Corners count from 1; negative ones count back from the last vertex above their line.
     Faces are numbered in the order of their lines, from 0.
 
+    Parameters
+    ----------
+    data : bytes
+        All of the file.
+
+    Returns
+    -------
+    RawMesh
+
     Raises
     ------
     Unreadable, BadIndex, Unsupported
@@ -31,7 +43,7 @@ def read_obj(data: bytes) -> RawMesh:
     counts = np.array([len(line.split()) for line in face_lines], np.int64)
     corners = to_ints(words, "face")
     if (corners == 0).any():
-        raise damaged("A face names vertex 0, and vertices count from 1")
+        raise damaged("A face refers to vertex 0, but vertices are numbered from 1")
     if (corners < 0).any():
         above = np.repeat(_vertices_above(lines), counts)
         corners = np.where(corners < 0, above + corners, corners - 1)
