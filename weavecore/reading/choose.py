@@ -93,8 +93,8 @@ def ambiguous_error(document: RhinoDocument, objects: Sequence[RhinoObject]) -> 
     AmbiguousSurface
     """
     return AmbiguousSurface(
-        f"{document.file_name} has {len(objects)} objects that could be meant",
-        remedy="Name one of them by its layer, its name or its id; name several to have them joined.",
+        f"{document.file_name} has {len(objects)} candidate objects",
+        remedy="Name one of them by its layer, name or id; name several to join them.",
         ids=[str(one) for one in objects],
     )
 

@@ -160,9 +160,9 @@ def _heights_with_share_below(area: Floats, height: Floats) -> Floats:
 
 def _part_below(low: Floats, middle: Floats, high: Floats, shift: float) -> Floats:
     """Which part of the area of triangles (F,) lies below a plane that crosses them."""
-    tip = np.where(shift < middle, shift - low, high - shift)
+    depth = np.where(shift < middle, shift - low, high - shift)
     side = np.where(shift < middle, middle - low, high - middle)
-    part = np.divide(tip * tip, side * (high - low), out=np.zeros_like(tip), where=side > 0)
+    part = np.divide(depth * depth, side * (high - low), out=np.zeros_like(depth), where=side > 0)
     below: Floats = np.where(shift < middle, part, 1 - part)
     return below
 

@@ -125,7 +125,7 @@ class PartsMissing:
 
 @pytest.mark.parametrize("missing", ["Vertices", "Edges", "Faces"])
 def test_a_part_that_rhino3dm_does_not_give_is_a_damaged_file(missing):
-    with pytest.raises(Unreadable, match="missing|no NURBS form"):
+    with pytest.raises(Unreadable, match=r"missing|no NURBS form"):
         brep_shape(PartsMissing(make.can(), missing))
 
 

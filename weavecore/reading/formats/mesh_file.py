@@ -3,8 +3,8 @@
 Each format has a reader that takes the bytes of the file and gives a `RawMesh` in the numbering of the file, so that
 errors name faces and vertices as the user knows them.  None of them guesses: a file that contradicts itself is
 refused.  trimesh reads these formats too, but takes many damaged files for valid or empty meshes, splits polygons of
-more than four corners without regard to concave corners, and its errors have no types that tell a damaged file from
-a fault.
+more than four corners without regard to concave corners, and its errors have no types that separate a damaged file
+from a fault.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def read_obj(data: bytes) -> RawMesh:
     if b"\\\n" in data or b"\\\r\n" in data:
         data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
     lines = [line.strip().replace(b"\t", b" ") for line in data.splitlines()]
-    points = to_points([line[2:] for line in lines if line[:2] == b"v "], "vertex")
+    vertices = to_points([line[2:] for line in lines if line[:2] == b"v "], "vertex")
     face_lines = [line[2:] for line in lines if line[:2] == b"f "]
     words = b" ".join(face_lines).split()
     if any(b"/" in line for line in face_lines):
@@ -49,7 +49,7 @@ def read_obj(data: bytes) -> RawMesh:
         corners = np.where(corners < 0, above + corners, corners - 1)
     else:
         corners = corners - 1
-    return mesh_of_polygons(points, corners, counts)
+    return mesh_of_polygons(vertices, corners, counts)
 
 
 def _vertices_above(lines: list[bytes]) -> Ints:

@@ -38,9 +38,9 @@ def read_off(data: bytes) -> RawMesh:
     n_vertices, n_faces, first = _header(lines)
     if first + n_vertices + n_faces > len(lines):
         raise damaged(f"The header announces {n_vertices} vertices and {n_faces} faces, but the file has fewer")
-    points = to_points(lines[first : first + n_vertices], "vertex")
+    vertices = to_points(lines[first : first + n_vertices], "vertex")
     corners, counts = _polygons(lines[first + n_vertices : first + n_vertices + n_faces])
-    return mesh_of_polygons(points, corners, counts)
+    return mesh_of_polygons(vertices, corners, counts)
 
 
 def _header(lines: list[bytes]) -> tuple[int, int, int]:

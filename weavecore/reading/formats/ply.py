@@ -72,18 +72,18 @@ def read_ply(data: bytes) -> RawMesh:
     """
     order, elements, start = _header(data)
     reader = _TextBody(data[start:]) if order == "" else _BinaryBody(data, start, order)
-    points, epsilon = np.empty((0, 3)), DOUBLE
+    vertices, epsilon = np.empty((0, 3)), DOUBLE
     corners, counts = np.empty(0, np.int64), np.empty(0, np.int64)
     for element in elements:
         if element.name == "vertex":
-            points, epsilon = reader.points(element), _epsilon(element, order)
+            vertices, epsilon = reader.vertices(element), _epsilon(element, order)
         elif element.name == "face":
             corners, counts = reader.lists(element, element.index_of(_FACE_LISTS))
         else:
             reader.skip(element)
-        if len(points) and len(counts):
+        if len(vertices) and len(counts):
             break
-    return mesh_of_polygons(points, corners, counts, epsilon=epsilon)
+    return mesh_of_polygons(vertices, corners, counts, epsilon=epsilon)
 
 
 def _epsilon(element: _Element, order: str) -> float:
@@ -131,7 +131,7 @@ class _TextBody:
     def skip(self, element: _Element) -> None:
         self._rows(element)
 
-    def points(self, element: _Element) -> Floats:
+    def vertices(self, element: _Element) -> Floats:
         columns = [element.index_of((axis,)) for axis in "xyz"]
         if any(p.length_kind for p in element.properties[: max(columns)]):
             raise damaged("The vertices have a list before their coordinates")
@@ -178,7 +178,7 @@ class _BinaryBody:
         else:
             self._table(element)
 
-    def points(self, element: _Element) -> Floats:
+    def vertices(self, element: _Element) -> Floats:
         if any(p.length_kind for p in element.properties):
             raise damaged("The vertices have lists")
         table = self._table(element)

@@ -52,12 +52,12 @@ def _is_binary(data: bytes) -> bool:
 
 def _read_text(data: bytes) -> Floats:
     lines = [line.strip().lower() for line in data.splitlines()]
-    points = to_points([line[6:] for line in lines if line.startswith(b"vertex")], "vertex")
+    vertices = to_points([line[6:] for line in lines if line.startswith(b"vertex")], "vertex")
     n_facets = sum(line.startswith(b"endfacet") for line in lines)
-    if 3 * n_facets != len(points) or not any(line.startswith(b"endsolid") for line in lines):
-        raise damaged(f"The file is truncated: {len(points)} corners for {n_facets} triangles")
-    return points
+    if 3 * n_facets != len(vertices) or not any(line.startswith(b"endsolid") for line in lines):
+        raise damaged(f"The file is truncated: {len(vertices)} corners for {n_facets} triangles")
+    return vertices
 
 
-def _raw(points: Floats, epsilon: float) -> RawMesh:
-    return RawMesh(points, np.arange(len(points)).reshape(-1, 3), epsilon=epsilon)
+def _raw(vertices: Floats, epsilon: float) -> RawMesh:
+    return RawMesh(vertices, np.arange(len(vertices)).reshape(-1, 3), epsilon=epsilon)

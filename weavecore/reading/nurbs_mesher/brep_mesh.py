@@ -2,9 +2,8 @@
 
 1. Measure each face at a grid of parameters and each edge by arc length (`face_grid`, `edge_paths`).
 2. Derive the wanted edge length everywhere from curvature, features and limits (`sizing`).
-3. Divide each edge once, in space, and number its vertices; the faces on it find them on their own trims, so that
-they
-   are shared without a tolerance (`edge_paths`, `creases`, `face_borders`).
+3. Divide each edge once, in space, and number its vertices; the faces on it find them on their own trims, so
+   that they are shared without a tolerance (`edge_paths`, `creases`, `face_borders`).
 4. Fill each face with points and triangulate it in its chart (`face_fill`); where border segments cross, bisect
    them in all faces and repeat.
 5. Flip edges, shift interior vertices and split long edges (`brep_patches`).
@@ -48,8 +47,8 @@ from weavecore.reading.nurbs_mesher.sizing import DEFAULT_FINENESS, Fineness, gr
 
 Progress = Callable[[float, str], None]
 _MOST_BISECTIONS = 10
-"""Rounds of bisecting border segments that cross: each halves the distance between trim and chord fourfold, so ten
-leave a millionth."""
+"""Rounds of bisecting border segments that cross: each makes the distance between trim and chord
+four times less, so ten leave a millionth of it."""
 
 _MOST_GAP = 10.0
 """Gaps between edges and faces up to so many tolerances are not reported: modellers often leave a few."""
