@@ -199,7 +199,7 @@ class TestOrientation:
         inside_out[7] = inside_out[7, ::-1]
         surface = surface_from_arrays(moved(vertices, 50, 60, 70), inside_out)
         assert volume(surface.vertices - [50, 60, 70], surface.faces) > 3
-        assert "look outwards" in said(surface)
+        assert "face outwards" in said(surface)
         assert "Reversed 1 face to orient all alike." in surface.mendings
 
     def test_a_moebius_strip_is_refused_with_faces_to_cut_along(self):

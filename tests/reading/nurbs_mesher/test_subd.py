@@ -193,5 +193,5 @@ def test_edges_are_no_longer_than_asked_for_by_much():
 
 
 def test_a_refinement_that_is_not_face_by_face_is_refused():
-    with pytest.raises(Unreadable, match="face by face"):
+    with pytest.raises(Unreadable, match="does not follow its faces"):
         mesh_object(sheet(2, 3, 2.0, shuffled=True))
