@@ -60,7 +60,7 @@ def shell(tmp_path: Path) -> Path:
 def test_the_objects_of_a_layer_are_joined_where_their_edges_coincide(shell):
     surface = read_surface(shell, layer="Shell")
     assert (len(surface.borders), surface.euler_characteristic) == (1, 1)
-    assert surface.mendings[0] == "Joined 3 candidate objects where their edges coincide."
+    assert surface.mendings[0] == "Joined 3 objects where their edges coincide."
     assert np.ptp(surface.vertices, axis=0) == pytest.approx([1, 1, 1])
     assert surface.name == "floor, wall, roof"
 
