@@ -175,7 +175,7 @@ def test_the_unit_that_is_missing_is_warned_of_in_one_line(run: Run, folder: Pat
     assert run("mesh", "tube.obj", "-o", "plain.3dm", "--quiet").status == 0
     ended = run("weave", "plain.3dm", "--spacing", "1")
     assert ended.status == 0
-    assert ended.err == "weavecore: warning: UNIT_UNKNOWN: plain.3dm says no unit; lengths are taken as they are\n"
+    assert ended.err == "weavecore: warning: UNIT_UNKNOWN: plain.3dm has no unit; lengths are used as they are\n"
 
 
 def test_the_parts_of_the_work_make_one_progress(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -274,7 +274,7 @@ def polyline_at(height: float, scale: float = 1.0) -> Any:
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("waist", "NO_CURVE: tube.3dm has no curve that is named 'waist'"),
+        ("waist", "NO_CURVE: tube.3dm has no curve with the name 'waist'"),
         ("none.csv", "UNREADABLE: none.csv does not exist"),
         ("far.csv", "BAD_CURVE: The curve lies up to 9 off the surface"),
     ],

@@ -169,7 +169,8 @@ def test_the_offset_starts_at_guides(guide: Any, is_closed: bool, tube: SurfaceM
 
 def test_a_guide_off_the_surface_is_refused_in_words(tube: SurfaceMesh, canvas: Canvas) -> None:
     far = rhino3dm.Line(rhino_shapes.point(9, 0, 1), rhino_shapes.point(9, 0, 4))
-    for guide, told in ((far, "BAD_CURVE: The curve lies up to 8 off"), (object(), "BAD_CURVE: A object is no curve")):
+    wrong = ((far, "BAD_CURVE: The curve lies up to 8 off"), (object(), "BAD_CURVE: A object is not a curve"))
+    for guide, told in wrong:
         ((level, text),) = run_component("Weave_Offset", surface=tube, guides=[guide]).messages
         assert level == "Error"
         assert text.startswith(told)

@@ -88,9 +88,9 @@ def test_curves_come_in_anything_that_lists_them(wrap) -> None:
 @pytest.mark.parametrize(
     ("curves", "told"),
     [
-        (3, "int is no list of curves"),
+        (3, "int is not a list of curves"),
         (ring(1.3), r"shape \(3,\) is no curve \(curve 0\)"),
-        ([ring(1.3), "waist"], r"str is no curve \(curve 1\)"),
+        ([ring(1.3), "waist"], r"str is not a curve \(curve 1\)"),
     ],
 )
 def test_what_is_no_list_of_curves_is_refused(curves, told) -> None:

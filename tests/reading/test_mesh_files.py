@@ -190,7 +190,7 @@ class TestOff:
             read_surface(put("a.off", off().replace("OFF", head, 1)))
 
     def test_promises_beyond_the_file_allocate_nothing(self, put):
-        with pytest.raises(Unreadable, match="promises"):
+        with pytest.raises(Unreadable, match="announces"):
             read_surface(put("a.off", off().replace("12 6", "999999999999 6")))
 
 
@@ -299,7 +299,7 @@ class TestFiles:
             with pytest.raises((Unreadable, Unsupported)):
                 read_surface(path)
         (tmp_path / "folder.obj").mkdir()
-        with pytest.raises(Unreadable, match="is no file"):
+        with pytest.raises(Unreadable, match="is not a file"):
             read_surface(tmp_path / "folder.obj")
 
     def test_too_large_files_are_refused_unread(self, put, monkeypatch):

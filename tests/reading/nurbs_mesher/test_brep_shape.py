@@ -110,3 +110,30 @@ def test_parts_that_are_missing_or_out_of_order_make_a_brep_unreadable(monkeypat
             patched.setattr(shapes, "_padded", lambda knots, n, p, d=damage, f=plain: f(d(knots), n, p))
             with pytest.raises(Unreadable):
                 brep_shape(brep)
+
+
+class PartsMissing:
+    """A Brep in which one part is None, as rhino3dm gives what is damaged."""
+
+    def __init__(self, brep, missing: str) -> None:
+        self._brep, self._missing = brep, missing
+
+    def __getattr__(self, name: str):
+        parts = getattr(self._brep, name)
+        return [None, *list(parts)[1:]] if name == self._missing else parts
+
+
+@pytest.mark.parametrize("missing", ["Vertices", "Edges", "Faces"])
+def test_a_part_that_rhino3dm_does_not_give_is_a_damaged_file(missing):
+    with pytest.raises(Unreadable, match=r"missing|no NURBS form"):
+        brep_shape(PartsMissing(make.can(), missing))
+
+
+@pytest.mark.parametrize("function", ["fine_parameters", "curve_points", "_padded", "_check_indices"])
+def test_an_error_of_this_package_is_not_called_a_damaged_file(monkeypatch, function):
+    def wrong(*_args):
+        raise TypeError("a fault of ours")
+
+    monkeypatch.setattr(shapes, function, wrong)
+    with pytest.raises(TypeError, match="a fault of ours"):
+        brep_shape(make.can())

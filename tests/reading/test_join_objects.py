@@ -66,7 +66,7 @@ def test_the_objects_of_a_layer_are_joined_where_their_edges_coincide(shell):
 
 
 def test_without_a_layer_or_a_name_it_is_asked_which_is_meant(shell):
-    with pytest.raises(AmbiguousSurface, match="name several to have them joined") as refused:
+    with pytest.raises(AmbiguousSurface, match="name several to join them") as refused:
         read_surface(shell)
     assert len(refused.value.ids) == 4
 
@@ -106,7 +106,7 @@ def test_several_layers_can_be_named(tmp_path):
 
 def test_objects_of_a_layer_that_do_not_touch_are_listed(tmp_path):
     path = saved(tmp_path, (make.square(*FLOOR), "a", "L"), (make.square(*ROOF), "b", "L"))
-    with pytest.raises(AmbiguousSurface, match="2 objects") as refused:
+    with pytest.raises(AmbiguousSurface, match="2 candidate objects") as refused:
         read_surface(path, layer="L")
     assert "'a'" in refused.value.ids[0]
 
@@ -119,7 +119,7 @@ def test_one_object_apart_makes_a_layer_ambiguous(tmp_path):
         (make.square(*WALL), "b", "L"),
         (make.square(*apart), "c", "L"),
     )
-    with pytest.raises(AmbiguousSurface, match="3 objects"):
+    with pytest.raises(AmbiguousSurface, match="3 candidate objects"):
         read_surface(path, layer="L")
 
 

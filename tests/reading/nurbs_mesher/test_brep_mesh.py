@@ -29,7 +29,7 @@ def two_squares(names: list[int]) -> Patches:
         uv=uv,
         plane=grid.to_chart(uv),
         points=np.column_stack([uv, np.zeros(8)]),
-        names=np.array(names),
+        vertex_ids=np.array(names),
         owner=np.repeat([0, 1], 4),
         inner=np.zeros(8, bool),
         faces=np.vstack([HALVES, HALVES + 4]),

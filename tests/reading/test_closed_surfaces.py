@@ -79,7 +79,7 @@ class TestByAPlane:
     def test_a_flat_face_in_the_plane_is_not_met(self):
         box = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
         quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
-        with pytest.raises(Degenerate, match="meets no closed part"):
+        with pytest.raises(Degenerate, match="intersects no closed part"):
             surface_from_arrays(box, quads, cut_plane=([0, 0, 1], [0, 0, 1]))
 
     def test_a_part_that_the_plane_misses_is_cut_by_itself(self):
