@@ -162,7 +162,7 @@ def test_rings_have_even_counts_in_quads():
     assert (np.bincount(lattice.node_latitude[lattice.node_latitude >= 0]) % 2 == 0).all()
 
 
-def test_fronts_that_meet_head_on_are_bound_by_pocket_edges():
+def test_fronts_that_meet_head_on_are_joined_by_pocket_edges():
     lattice = linked(cylinder(), 0.3)
     generation = lattice.latitudes.generation[lattice.node_latitude]
     pocket = lattice.edges[lattice.edge_family == POCKET]
@@ -172,14 +172,14 @@ def test_fronts_that_meet_head_on_are_bound_by_pocket_edges():
     assert ((heights < 2.0).any(1) & (heights > 2.0).any(1)).all()
 
 
-def test_a_wide_cap_gets_a_hub_at_its_deepest_place():
+def test_a_wide_cap_gets_a_steiner_vertex_at_its_deepest_place():
     lattice = linked(hemisphere(), np.pi / 2 / 7.95)
-    hubs = np.flatnonzero(lattice.node_latitude == -1)
-    assert len(hubs) == 1
-    assert np.linalg.norm(lattice.nodes[hubs[0]] - [0, 0, 1]) < 0.05
+    steiner = np.flatnonzero(lattice.node_latitude == -1)
+    assert len(steiner) == 1
+    assert np.linalg.norm(lattice.nodes[steiner[0]] - [0, 0, 1]) < 0.05
 
 
-def test_children_are_bound_to_their_parents_also_where_a_front_splits():
+def test_children_are_joined_to_their_parents_also_where_a_front_splits():
     lattice = linked(dumbbell(), 0.17)
     bands = lattice.latitudes.bands
     split = int(np.argmin(bands.euler))

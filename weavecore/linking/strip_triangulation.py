@@ -26,7 +26,7 @@ _PLACES = np.arange(-_REACH, _REACH + 1)
 """Steps from the nearest node of the child to those that a tip may be."""
 
 
-def raise_feet(index: Floats) -> Optional[Floats]:
+def unwrap_open(index: Floats) -> Optional[Floats]:
     """Indices of the feet of samples along an open child, made to rise; None where they run back by more than an edge.
 
     The first and the last sample stand on the ends of the parent, as the selvedge binds them.
@@ -35,7 +35,7 @@ def raise_feet(index: Floats) -> Optional[Floats]:
     return None if (rising - index).max() > 1.0 else rising
 
 
-def unroll_feet(index: Floats, n_parent: int) -> Optional[Floats]:
+def unwrap_closed(index: Floats, n_parent: int) -> Optional[Floats]:
     """Indices of the feet of samples along a child, unrolled so that they rise; the first comes again at the end.
 
     None where the feet do not run around the parent once, or run back by more than an edge.
@@ -49,7 +49,7 @@ def unroll_feet(index: Floats, n_parent: int) -> Optional[Floats]:
     return None if (rising - along).max() > 1.0 else rising
 
 
-def feet_of_nodes(rising: Floats, stations: Floats, length: float) -> Floats:
+def interpolate_projections(rising: Floats, stations: Floats, length: float) -> Floats:
     """Unrolled indices (d, m) of the feet of nodes, for several divisions of a child of some length.
 
     ``rising`` are those of equally spaced samples, the first at station 0 and again at the end.
@@ -60,16 +60,19 @@ def feet_of_nodes(rising: Floats, stations: Floats, length: float) -> Floats:
     return feet
 
 
-def choose_open_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pairs: bool = False) -> OpenTips:
-    """The tips of a strip between two open polylines; see `choose_tips` for what is given, of one division (1, m).
+def triangulate_open_strip(
+    feet: Floats, n_parent: int, *, child_phase: float, target_advance: Ints, even_cells: bool = False
+) -> tuple[float, Optional[Ints]]:
+    """The tips of a strip between two open polylines; see `triangulate_annulus` for what is given, of one division (1, m).
 
     Both are closed by an edge from their last node to the first, over which the strip is closed as well.
     """
+    feet = feet[None]
     m = feet.shape[1]
     # Where a tip stands above the middle of its edge, that of the closing edge is the child's first node again.
-    closing = m if sits > 0 else m - 1
+    closing = m if child_phase > 0 else m - 1
     edge = n_parent - 1 + np.arange(n_parent + 1)
-    best: Floats = (edge + sits).astype(np.float64)
+    best: Floats = (edge + child_phase).astype(np.float64)
     base = np.clip(_nearest(feet[0], n_parent, best[:-1]), m, 2 * m - 1)
     base[0] = closing
     base = np.append(base, closing + m)
@@ -78,11 +81,11 @@ def choose_open_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, 
     real[1:-1] = True
     allowed = np.where(real[:, None], (child >= m) & (child < 2 * m), child == base[:, None])
     cost[~allowed] = np.inf
-    step_cost = _step_costs(base, wanted[edge[1:] % n_parent], in_pairs=in_pairs)
+    step_cost = _step_costs(base, target_advance[edge[1:] % n_parent], even_cells=even_cells)
     step_cost[[0, -1]] = np.where(np.isfinite(step_cost[[0, -1]]), 0.0, np.inf)
-    total, _, offset = _cheapest_walk(cost, np.diff(base), step_cost, in_pairs=in_pairs)
+    total, _, offset = _cheapest_walk(cost, np.diff(base), step_cost, even_cells=even_cells)
     tips = base + _PLACES[offset]
-    return OpenTips(total, np.append(tips[1:-1] - m, closing) if np.isfinite(total) else None)
+    return total, (np.append(tips[1:-1] - m, closing) if np.isfinite(total) else None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +96,9 @@ class OpenTips:
     tips: Optional[Ints]
 
 
-def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pairs: bool = False) -> tuple[int, Ints]:
+def triangulate_annulus(
+    feet: Floats, n_parent: int, *, child_phase: float, target_advance: Ints, even_cells: bool = False
+) -> tuple[int, Ints]:
     """The best of several divisions of the child, and the tips over the parent's edges.
 
     Parameters
@@ -101,11 +106,11 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pa
     feet : (d, m) float64
         For each division the unrolled index on the parent of the foot of each of its nodes.
     n_parent : int
-    sits : float
+    child_phase : float
         Where a tip is at its best: 0.5 over the middle of its edge, 0 over its first node.
-    wanted : (n,) int64
+    target_advance : (n,) int64
         For each node of the parent how far the tip should advance there.
-    in_pairs : bool
+    even_cells : bool
         Whether a tip that stays must stay twice, and one that advances by more than one step by an odd
         number of them; rings whose counts are both even, or both odd, can be bound so.
 
@@ -116,14 +121,14 @@ def choose_tips(feet: Floats, n_parent: int, *, sits: float, wanted: Ints, in_pa
         Unrolled: tip ``k`` is node ``k % m``; edge ``i`` runs from node ``i`` to ``i + 1``.
     """
     m = feet.shape[1]
-    start = _calmest(wanted)
+    start = _calmest(target_advance)
     edge = start + np.arange(n_parent + 1)
-    best: Floats = (edge + sits).astype(np.float64)
+    best: Floats = (edge + child_phase).astype(np.float64)
     base = _nearest(feet[0], n_parent, best[:-1])
     base = np.append(base, base[0] + m)
     cost, _ = _slant_costs(feet, n_parent, best, base)
-    step_cost = _step_costs(base, wanted[edge[1:] % n_parent], in_pairs=in_pairs)
-    _, division, offset = _cheapest_walk(cost, np.diff(base), step_cost, in_pairs=in_pairs)
+    step_cost = _step_costs(base, target_advance[edge[1:] % n_parent], even_cells=even_cells)
+    _, division, offset = _cheapest_walk(cost, np.diff(base), step_cost, even_cells=even_cells)
     tips = (base + _PLACES[offset])[:-1]
     # Edges from the start on to the last, then those before the start, one turn on.
     return division, np.concatenate([tips[n_parent - start :] - m, tips[: n_parent - start]])
@@ -138,20 +143,20 @@ def _slant_costs(feet: Floats, n_parent: int, best: Floats, base: Ints) -> tuple
     return cost, child
 
 
-def _step_costs(base: Ints, wanted: Ints, *, in_pairs: bool) -> Floats:
+def _step_costs(base: Ints, target_advance: Ints, *, even_cells: bool) -> Floats:
     """What it costs (n, s) where the tips advance by so many steps at each node."""
     steps = np.arange(max(2, int(np.diff(base).max()) + 1) + 1)
-    excess = steps - wanted[:, None]
+    excess = steps - target_advance[:, None]
     step_cost: Floats = _IRREGULAR_COST * excess.astype(np.float64) ** 2
-    if in_pairs:
+    if even_cells:
         step_cost[:, steps % 2 == 0] = np.inf
     return step_cost
 
 
-def _calmest(wanted: Ints) -> int:
+def _calmest(target_advance: Ints) -> int:
     """The edge that lies furthest from any node where the tip should not advance by one."""
-    n = len(wanted)
-    odd = np.flatnonzero(wanted != 1)
+    n = len(target_advance)
+    odd = np.flatnonzero(target_advance != 1)
     if len(odd) == 0:
         return 0
     gap = np.diff(np.append(odd, odd[0] + n))
@@ -174,7 +179,7 @@ def _nearest(feet: Floats, n_parent: int, places: Floats) -> Ints:
     return nearest
 
 
-def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: bool) -> tuple[float, int, Ints]:
+def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, even_cells: bool) -> tuple[float, int, Ints]:
     """The cheapest way around, its division, and at which place of its row each tip is on it (Viterbi).
 
     The first tip is the cheapest one, and the last is the same one turn later.
@@ -187,7 +192,7 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: boo
         How far a tip advances that keeps its place.
     step_cost : (n, s) float64
         Of an advance by each number of steps.
-    in_pairs : bool
+    even_cells : bool
         Whether tips may also stay twice, whatever staying once costs.
     """
     n_edges, width, _ = cost.shape
@@ -202,7 +207,7 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: boo
         reached = total[i - 1][source[i - 1]]
         reached += step_cost[i - 1]
         best = reached.min(axis=1)
-        if in_pairs and i > 1:
+        if even_cells and i > 1:
             best = np.minimum(best, _after_staying(total, cost, stays, i))
         np.add(best, cost[i], out=total[i, :width])
     around = total[-1, first, np.arange(cost.shape[2])]
@@ -212,7 +217,7 @@ def _cheapest_walk(cost: Floats, rise: Ints, step_cost: Floats, *, in_pairs: boo
     while i > 0:
         ways = source[i - 1, offset[i]]
         reached = total[i - 1, ways, division] + step_cost[i - 1, 0, :, 0]
-        if in_pairs and i > 1 and _after_staying(total, cost, stays, i)[offset[i], division] < reached.min():
+        if even_cells and i > 1 and _after_staying(total, cost, stays, i)[offset[i], division] < reached.min():
             once = stays[i - 1, offset[i]]
             offset[i - 1], offset[i - 2] = once, stays[i - 2, once]
             i -= 2
@@ -238,7 +243,7 @@ def _after_staying(total: Floats, cost: Floats, stays: Ints, i: int) -> Floats:
     return after
 
 
-def nearest_tips(parent: Floats, child: Floats) -> tuple[float, Optional[Ints]]:
+def triangulate_small_child(parent: Floats, child: Floats) -> tuple[float, Optional[Ints]]:
     """Over each edge the nearest node, where a child is too small to have feet all around its parent.
 
     Parameters
@@ -253,7 +258,7 @@ def nearest_tips(parent: Floats, child: Floats) -> tuple[float, Optional[Ints]]:
     cost : float
         Sum of the squares of the distances.
     tips : (n,) int64 or None
-        As of `choose_tips`; None where they do not go around the child once.
+        As of `triangulate_annulus`; None where they do not go around the child once.
     """
     m = len(child)
     middle = (parent + np.roll(parent, -1, axis=0)) / 2
