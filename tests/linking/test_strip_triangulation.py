@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations, combinations_with_replacement
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from weavecore.linking.ring_to_parent import Strip
 from weavecore.linking.strip_triangulation import (
     interpolate_projections,
     triangulate_annulus,
+    triangulate_open_strip,
     triangulate_small_child,
     unwrap_closed,
 )
@@ -150,3 +153,99 @@ def test_a_small_ring_off_the_middle_is_joined_all_around(small, turned):
 def polygon_area(points):
     x, y = points[:, 0], points[:, 1]
     return 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+
+
+def cost_of(apexes, projections, target, child_phase):
+    """Cost of closed walks (w, n) from the definition, for one division of a child."""
+    n, m = len(target), len(projections)
+    slant = projections[apexes % m] + n * (apexes // m) - (np.arange(n) + child_phase)
+    advance = apexes - np.concatenate([apexes[:, -1:] - m, apexes[:, :-1]], axis=1)
+    slanted = slant**2 + 30.0 * np.maximum(np.abs(slant) - 0.55, 0.0) ** 2
+    return slanted.sum(1) + 2.0 * ((advance - target) ** 2).sum(1)
+
+
+def all_walks(n, m):
+    """Apexes (w, n) of all closed walks around rings of n and m nodes, with the first in a range of three turns."""
+    dividers = np.array(list(combinations(range(n + m - 1), n - 1)))
+    advances = (
+        np.diff(
+            np.concatenate([np.full((len(dividers), 1), -1), dividers, np.full((len(dividers), 1), n + m - 1)], 1),
+            axis=1,
+        )
+        - 1
+    )
+    rising = np.cumsum(advances, axis=1)
+    return (rising + np.arange(-m - 1, 2 * m + 1)[:, None, None] - m).reshape(-1, n)
+
+
+def has_even_cells(apexes, m):
+    """Walks whose apexes advance by odd numbers, or stay for an even number of nodes in a row."""
+    n = apexes.shape[1]
+    advance = apexes - np.concatenate([apexes[:, -1:] - m, apexes[:, :-1]], axis=1)
+    stays = advance == 0
+    odd_run = np.zeros(len(apexes), bool)
+    for start in range(n):
+        run = np.zeros(len(apexes), np.int64)
+        going = ~stays[:, start - 1] & stays[:, start]
+        for k in range(n):
+            going = going & stays[:, (start + k) % n]
+            run += going
+        odd_run |= run % 2 == 1
+    return (stays | (advance % 2 == 1)).all(1) & ~odd_run
+
+
+@pytest.mark.parametrize("even_cells", [False, True])
+@pytest.mark.parametrize("size", [(3, 3), (5, 4), (4, 6), (6, 6), (7, 3), (3, 8)])
+def test_the_walk_is_the_cheapest_of_all_closed_walks(size, even_cells):
+    n, m = size
+    if even_cells and (n + m) % 2:
+        m += 1
+    walks = all_walks(n, m)
+    if even_cells:
+        walks = walks[has_even_cells(walks, m)]
+    for seed in range(25):
+        draw = np.random.default_rng(seed)
+        # Nodes of the child may crowd over a part of the parent.
+        crowded = np.sort(draw.random((3, m)) ** draw.choice([1.0, 3.0])) * n + draw.random() * n
+        target = np.ones(n, np.int64) if even_cells else draw.integers(0, 3, n)
+        phase = float(draw.choice([0.0, 0.5]))
+        division, apexes = triangulate_annulus(
+            crowded, n, child_phase=phase, target_advance=target, even_cells=even_cells
+        )
+        least = min(cost_of(walks, projections, target, phase).min() for projections in crowded)
+        assert cost_of(apexes[None], crowded[division], target, phase)[0] == pytest.approx(least, rel=1e-12)
+        if even_cells:
+            assert has_even_cells(apexes[None], m)[0]
+
+
+def test_an_apex_is_found_far_from_the_nearest_node():
+    # Six nodes of the child lie over one edge of the parent, so some links reach across several edges.
+    projections = np.array([[0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35]])
+    target = np.ones(8, np.int64)
+    _, apexes = triangulate_annulus(projections, 8, child_phase=0.5, target_advance=target)
+    least = cost_of(all_walks(8, 8), projections[0], target, 0.5).min()
+    assert cost_of(apexes[None], projections[0], target, 0.5)[0] == pytest.approx(least, rel=1e-12)
+
+
+def test_rings_of_odd_and_even_counts_have_no_strip_of_even_cells():
+    target = np.ones(6, np.int64)
+    assert (
+        triangulate_annulus(evenly(6, 5)[None], 6, child_phase=0.0, target_advance=target, even_cells=True)[1] is None
+    )
+
+
+def test_an_open_strip_has_the_cheapest_apexes_of_all():
+    for seed in range(40):
+        draw = np.random.default_rng(seed)
+        n, m = (int(k) for k in draw.integers(3, 7, 2))
+        projections = np.sort(np.concatenate([[0.0, n - 1.0], draw.random(m - 2) * (n - 1)]))
+        target = draw.integers(0, 3, n)
+        _cost, apexes = triangulate_open_strip(projections, n, child_phase=0.5, target_advance=target)
+        walks = np.array(list(combinations_with_replacement(range(m), n - 1)))
+        slant = projections[walks] - (np.arange(n - 1) + 0.5)
+        slanted = slant**2 + 30.0 * np.maximum(np.abs(slant) - 0.55, 0.0) ** 2
+        between = 2.0 * ((np.diff(walks, axis=1) - target[1:-1]) ** 2).sum(1)
+        totals = slanted.sum(1) + between
+        chosen = np.flatnonzero((walks == apexes[:-1]).all(1))
+        assert totals[chosen[0]] == pytest.approx(totals.min(), rel=1e-12)
+        assert apexes[-1] == m
