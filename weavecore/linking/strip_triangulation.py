@@ -293,20 +293,21 @@ class _Walk:
 
 def _cheapest_walk(strip: _Strip) -> Optional[_Walk]:
     """The cheapest closed walk of all; None where there is none."""
-    reach, m = _REACH, strip.projections.shape[1]
-    found = _cost_from_nearest(strip, reach)
-    while not np.isfinite(found) and reach < m:
+    reach, found = _REACH, np.inf
+    while True:
+        found = min(found, _cost_from_nearest(strip, reach, found))
+        if _is_certain(strip, reach, found) if np.isfinite(found) else reach >= strip.projections.shape[1]:
+            return _cheapest_within(strip, reach, found)
         reach *= 2
-        found = _cost_from_nearest(strip, reach)
-    while np.isfinite(found) and not _is_certain(strip, reach, found):
-        reach *= 2
-    return _cheapest_within(strip, reach, found)
 
 
-def _cost_from_nearest(strip: _Strip, reach: int) -> float:
-    """Cost of the cheapest walk within reach whose first apex is the nearest one: an upper bound."""
+def _cost_from_nearest(strip: _Strip, reach: int, found: float) -> float:
+    """Cost of the cheapest walk within reach whose first apex is the nearest one: an upper bound.
+
+    Walks that cost more than ``found`` need not be looked at.
+    """
     slant = strip.slant_costs(strip.nearest[:, None] + np.arange(-reach, reach + 1))
-    steps = _steps_within(strip, slant, reach, np.inf)
+    steps = _steps_within(strip, slant, reach, found - _least_costs(strip, slant)[1].min())
     last = steps.run(np.zeros(1, np.int64), np.full(1, reach))[-1]
     return float(np.min(last[0, reach]))
 
@@ -442,8 +443,9 @@ class _Steps:
                 np.add(total[0][stays], self.slant[i][:, None], out=following[1, :width])
             np.add(best, self.slant[i][:, None], out=following[0, :width])
             total = following
-            rows = [*rows, total] if keep else [total]
-        return rows
+            if keep:
+                rows.append(total)
+        return rows if keep else [total]
 
     def trace(self, phase: int, place: int) -> Ints:
         """Places (n + 1,) along the cheapest walk that begins and ends in a state, of the first division."""
