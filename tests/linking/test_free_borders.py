@@ -6,12 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from bound_rings import check_weave
 from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_side, path_through, plate, started
 from planar_meshes import circle
 from planar_meshes import plate as flat_plate
-from weavecore.linking.free_borders import divide_free_borders, find_free_borders
+from weavecore.linking.free_borders import (
+    FreeBorder,
+    PolylineEnd,
+    divide_free_borders,
+    find_free_borders,
+    split_obstructed_chords,
+)
 from weavecore.linking.link import PATTERN_NAMES, link_pattern
 from weavecore.model import Origins, SurfaceMesh
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL
@@ -216,3 +223,21 @@ def test_a_free_border_does_not_cut_off_a_hole_right_beside_it():
     check_weave(lattice)
     a, b, c = (lattice.nodes[lattice.face_nodes[k::3]] for k in range(3))
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("height", "is_split"), [(0.15, True), (0.02, True), (-0.05, False), (0.25, False), (0.5, False)]
+)
+def test_a_chord_gets_a_node_where_a_node_lies_between_it_and_the_border_but_not_beyond_the_border(height, is_split):
+    points = np.array([[0.0, 0, 0], [0.5, 0.2, 0], [1.0, 0, 0]])
+    leg = float(np.hypot(0.5, 0.2))
+    ends = PolylineEnd(0, 1), PolylineEnd(1, 0)
+    border = FreeBorder(points, np.array([0, 3, -1]), np.zeros(3), leg * np.arange(3), 2 * leg, *ends)
+    nodes = cKDTree([[0.0, 0, 0], [1.0, 0, 0], [0.5, height, 0]])
+    stations = split_obstructed_chords(border, np.array([0.0, 2 * leg]), nodes)
+    assert stations.tolist() == ([0.0, leg, 2 * leg] if is_split else [0.0, 2 * leg])
+
+
+def test_an_end_of_a_polyline_is_its_first_or_last_element():
+    offsets = np.array([0, 4, 4, 9])
+    assert [PolylineEnd(p, end).element(offsets) for p in (0, 2) for end in (0, 1)] == [0, 3, 4, 8]

@@ -10,6 +10,7 @@ import pytest
 from bound_rings import dumbbell, hemisphere, linked, pair_of_pants
 from weavecore.geometry.arrays import rows_of
 from weavecore.linking import link as linking
+from weavecore.linking import tangential_smoothing
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model import LATITUDINAL, Lattice
@@ -86,3 +87,12 @@ def test_smoothing_twice_hardly_moves_nodes_again(pair: tuple[Lattice, Lattice])
     again = smooth_tangentially(after, {})
     moved = np.linalg.norm(after.nodes - before.nodes, axis=1)
     assert np.linalg.norm(again.nodes - after.nodes, axis=1).mean() < 0.6 * moved.mean()
+
+
+def test_where_conjugate_gradients_do_not_converge_the_steps_are_solved_directly(
+    pair: tuple[Lattice, Lattice], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, _ = pair
+    converged = smooth_tangentially(before, {}).nodes
+    monkeypatch.setattr(tangential_smoothing, "_MOST_CG_STEPS", 1)
+    np.testing.assert_allclose(smooth_tangentially(before, {}).nodes, converged, atol=1e-5 * before.edge_length)

