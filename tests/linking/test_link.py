@@ -19,7 +19,8 @@ from bound_rings import (
     torus,
 )
 from planar_meshes import plate, rectangle
-from weavecore.errors import Unsupported
+from weavecore.errors import TooMuchWork, Unsupported
+from weavecore.linking import pocket_filling
 from weavecore.linking.link import link_latitudes
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
@@ -234,3 +235,18 @@ def test_progress_rises_and_can_cancel():
 
     with pytest.raises(KeyboardInterrupt):
         link_latitudes(latitudes, progress=cancel)
+
+
+def test_a_pocket_in_which_no_steiner_vertex_fits_is_refused_before_its_mesh_grows_without_end(monkeypatch):
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(4.0), np.arange(4.0)))
+    vertices = np.stack([x, y, np.zeros(16)], axis=1)
+    vertices[5, 2] = 1000.0
+    a = (np.arange(3)[:, None] * 4 + np.arange(3)).ravel()
+    faces = np.concatenate([np.stack([a, a + 1, a + 5], 1), np.stack([a, a + 5, a + 4], 1)])
+    latitudes = offset_levels(SurfaceMesh(vertices, faces), spacing=200.0)
+    sizes = []
+    split = pocket_filling.split_edges_of
+    monkeypatch.setattr(pocket_filling, "split_edges_of", lambda *of: sizes.append(len(of[0].points)) or split(*of))
+    with pytest.raises(TooMuchWork, match="too narrow"):
+        link_latitudes(latitudes)
+    assert max(sizes) < 30 * sizes[0]

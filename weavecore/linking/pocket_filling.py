@@ -30,7 +30,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from weavecore.errors import Degenerate
+from weavecore.errors import Degenerate, TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.bisection import unique_edges
 from weavecore.linking.band_mesh import BandMesh, mesh_bands, split_edges_of
@@ -45,6 +45,12 @@ STEINER_GAP = 0.9
 LEAST_STEINER_DEPTH = 0.003
 """Part of the edge length: how near to the boundary a Steiner vertex may be where the topology needs one."""
 _MOST_ROUNDS = 50
+"""Rounds in which Steiner vertices are added or edges bisected; a few suffice."""
+_MOST_VAIN_ROUNDS = 10
+"""Rounds in a row that bisect edges and add no Steiner vertex.  Half an edge length is bisected to less than the least
+depth in eight; each round may double the edges."""
+_MOST_POINTS = 2_000_000
+"""Points of a band mesh: some 2 GB with its graph.  Fine meshes of large surfaces have a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,11 +100,14 @@ def fill_bands(
     ------
     Degenerate
         Where a band is too small for its topology.
+    TooMuchWork
+        Where no Steiner vertex fits however fine the mesh is.
     """
     mesh = mesh_bands(latitudes, stations, border_nodes, bands, edge_length)
     graph = EdgeGraph(mesh)
     voronoi = VoronoiRegions(mesh, graph, np.zeros(0, np.int64))
     steiner = _wide_places(voronoi, edge_length)
+    n_vain = 0
     for _ in range(_MOST_ROUNDS):
         if len(steiner) != voronoi.n_steiner:
             voronoi = VoronoiRegions(mesh, graph, steiner)
@@ -106,6 +115,8 @@ def fill_bands(
         more, coarse = _missing_steiner(voronoi, site_node, existing_edges, LEAST_STEINER_DEPTH * edge_length)
         steiner = np.concatenate([steiner, more])
         if coarse.any():
+            n_vain = n_vain + 1 if len(more) == 0 else 0
+            _check_refinement(mesh, graph, coarse, n_vain)
             mesh = split_edges_of(mesh, coarse)
             graph = EdgeGraph(mesh)
             voronoi = VoronoiRegions(mesh, graph, steiner)
@@ -158,6 +169,18 @@ def _missing_steiner(
     coarse = np.zeros(len(graph.a), bool)
     coarse[edges[found[groups] < 0]] = True
     return np.unique(found[found >= 0]), coarse
+
+
+def _check_refinement(mesh: BandMesh, graph: EdgeGraph, coarse: Bools, n_vain: int) -> None:
+    """Refuse to bisect edges once more after ``n_vain`` rounds in vain, or so many that memory would not suffice."""
+    if n_vain < _MOST_VAIN_ROUNDS and len(mesh.points) + int(coarse.sum()) <= _MOST_POINTS:
+        return
+    raise TooMuchWork(
+        "A pocket needs a node where it is too narrow for one",
+        remedy="Use a smaller edge length or another spacing.",
+        ids=np.unique(mesh.band[graph.a[coarse]]).tolist(),
+        kind="band",
+    )
 
 
 def _bad_links(voronoi: VoronoiRegions, site_node: Ints, existing_edges: Ints) -> Ints:
