@@ -10,8 +10,9 @@ import pytest
 from bound_rings import dumbbell, hemisphere, linked, pair_of_pants
 from weavecore.geometry.arrays import rows_of
 from weavecore.linking import link as linking
-from weavecore.linking.resample import points_at
-from weavecore.linking.smoothing import fair
+from weavecore.linking import tangential_smoothing
+from weavecore.linking.arc_length import points_at
+from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model import LATITUDINAL, Lattice
 from weavecore.weaving.strands import find_strands
 
@@ -23,7 +24,7 @@ def pair(request: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[Lattice, Lattic
     """A lattice before and after."""
     make, spacing = SHAPES[request.param]
     after = linked(make(), spacing)
-    monkeypatch.setattr(linking, "fair", lambda lattice, _spikes: lattice)
+    monkeypatch.setattr(linking, "smooth_tangentially", lambda lattice, _cusps: lattice)
     return linked(make(), spacing), after
 
 
@@ -69,20 +70,29 @@ def test_nodes_of_borders_stay(pair: tuple[Lattice, Lattice]) -> None:
     assert np.array_equal(after.nodes[on_border], before.nodes[on_border])
 
 
-def test_nodes_on_spikes_stay_where_they_would_else_slide(pair: tuple[Lattice, Lattice]) -> None:
+def test_nodes_on_cusps_stay_where_they_would_else_slide(pair: tuple[Lattice, Lattice]) -> None:
     before, after = pair
     furthest = int(np.argmax(np.linalg.norm(after.nodes - before.nodes, axis=1)))
     p, station = int(before.node_latitude[furthest]), before.node_station[furthest]
-    held = fair(before, {p: np.array([station])})
+    held = smooth_tangentially(before, {p: np.array([station])})
     assert np.array_equal(held.nodes[furthest], before.nodes[furthest])
     assert not np.array_equal(held.nodes, before.nodes)
     # A station a whole turn on is the same place.
     around = station + before.latitudes.polylines.lengths[p]
-    assert np.array_equal(fair(before, {p: np.array([around])}).nodes, held.nodes)
+    assert np.array_equal(smooth_tangentially(before, {p: np.array([around])}).nodes, held.nodes)
 
 
-def test_what_is_fair_already_hardly_moves(pair: tuple[Lattice, Lattice]) -> None:
+def test_smoothing_twice_hardly_moves_nodes_again(pair: tuple[Lattice, Lattice]) -> None:
     before, after = pair
-    again = fair(after, {})
+    again = smooth_tangentially(after, {})
     moved = np.linalg.norm(after.nodes - before.nodes, axis=1)
     assert np.linalg.norm(again.nodes - after.nodes, axis=1).mean() < 0.6 * moved.mean()
+
+
+def test_where_conjugate_gradients_do_not_converge_the_steps_are_solved_directly(
+    pair: tuple[Lattice, Lattice], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, _ = pair
+    converged = smooth_tangentially(before, {}).nodes
+    monkeypatch.setattr(tangential_smoothing, "_MOST_CG_STEPS", 1)
+    np.testing.assert_allclose(smooth_tangentially(before, {}).nodes, converged, atol=1e-5 * before.edge_length)

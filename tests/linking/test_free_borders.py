@@ -1,4 +1,4 @@
-"""Lattices on open polylines: strips, selvedges, slits and tongues."""
+"""Lattices on open polylines: strips, free borders, slits and border caps."""
 
 from __future__ import annotations
 
@@ -6,12 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from bound_rings import check_weave
 from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_side, path_through, plate, started
 from planar_meshes import circle
 from planar_meshes import plate as flat_plate
-from weavecore.linking.free_borders import divide_selvedges, find_selvedges
+from weavecore.linking.free_borders import (
+    FreeBorder,
+    PolylineEnd,
+    divide_free_borders,
+    find_free_borders,
+    split_obstructed_chords,
+)
 from weavecore.linking.link import PATTERN_NAMES, link_pattern
 from weavecore.model import Origins, SurfaceMesh
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL
@@ -76,7 +83,7 @@ def test_plain_strips_have_cells_with_an_even_number_of_sides():
 
 
 @pytest.mark.parametrize("name", CLOTHS)
-def test_ends_of_polylines_and_corners_of_selvedges_are_nodes(name):
+def test_ends_of_polylines_and_corners_of_free_borders_are_nodes(name):
     latitudes = cloth_latitudes(name)
     lattice = link_pattern(latitudes)
     lines = latitudes.polylines
@@ -93,7 +100,7 @@ def test_ends_of_polylines_and_corners_of_selvedges_are_nodes(name):
         assert np.linalg.norm(points - corner, axis=1).min() < 0.7 * lattice.edge_length
 
 
-def test_edges_along_selvedges_are_longitudinal_and_along_origins_latitudinal():
+def test_edges_along_free_borders_are_longitudinal_and_along_origins_latitudinal():
     lattice = link_pattern(cloth_latitudes("side with hole"))
     naked = np.sort(naked_edges_of(lattice), axis=1)
     n = lattice.n_nodes
@@ -121,25 +128,25 @@ def test_a_hole_that_one_polyline_meets_keeps_three_nodes():
     check_weave(lattice)
 
 
-def test_selvedges_follow_the_border_from_end_to_end():
+def test_free_borders_follow_the_border_from_end_to_end():
     latitudes = cloth_latitudes("side with hole")
-    selvedges = find_selvedges(latitudes)
+    free_borders = find_free_borders(latitudes)
     lines, surface = latitudes.polylines, latitudes.surface
     total = 0.0
-    for selvedge in selvedges:
-        total += selvedge.length
-        for end, point in ((selvedge.first, selvedge.points[0]), (selvedge.last, selvedge.points[-1])):
-            at = lines.offsets[end[0] + end[1]] - end[1]
+    for border in free_borders:
+        total += border.length
+        for end, point in ((border.first, border.points[0]), (border.last, border.points[-1])):
+            at = lines.offsets[end.polyline + end.is_last] - end.is_last
             assert np.linalg.norm(lines.points[at] - point) < 1e-9 * EDGE
-        steps = np.linalg.norm(np.diff(selvedge.points, axis=0), axis=1)
-        assert selvedge.stations == pytest.approx(np.concatenate([[0.0], np.cumsum(steps)]))
+        steps = np.linalg.norm(np.diff(border.points, axis=0), axis=1)
+        assert border.stations == pytest.approx(np.concatenate([[0.0], np.cumsum(steps)]))
     around = sum(
         np.linalg.norm(np.diff(surface.vertices[[*loop, loop[0]]], axis=0), axis=1).sum() for loop in surface.borders
     )
     assert total == pytest.approx(around - ROWS * EDGE)
 
 
-def test_a_whole_border_that_no_polyline_meets_is_one_selvedge():
+def test_a_whole_border_that_no_polyline_meets_is_one_free_border():
     latitudes = offset_levels(CLOTHS["hole"](), spacing=1.1 * EDGE)
     keeps = int(np.flatnonzero(~latitudes.polylines.closed)[0])
     early = replace(
@@ -156,10 +163,10 @@ def test_a_whole_border_that_no_polyline_meets_is_one_selvedge():
         distance=latitudes.distance[:keeps],
         parents=latitudes.parents[(latitudes.parents < keeps).all(1)],
     )
-    (whole,) = find_selvedges(early)
+    (whole,) = find_free_borders(early)
     assert whole.closed
     assert whole.length == pytest.approx(2 * (COLUMNS + ROWS) * EDGE)
-    (stations,) = divide_selvedges([whole], 4.0 * EDGE)
+    (stations,) = divide_free_borders([whole], 4.0 * EDGE)
     places = np.array([whole.points[np.searchsorted(whole.stations, s)] for s in stations])
     assert all((np.abs(places - [x * EDGE, y * EDGE, 0]).max(1) < 1e-9).any() for x in (0, COLUMNS) for y in (0, ROWS))
 
@@ -178,7 +185,7 @@ def test_the_size_of_a_strip_does_not_matter():
 
 
 @pytest.mark.parametrize("pattern", ["hexagonal", "kagome"])
-def test_new_nodes_on_selvedges_lie_on_them(pattern):
+def test_new_nodes_on_free_borders_lie_on_them(pattern):
     angle = np.linspace(0.0, 1.5, 40)
     rows = np.linspace(0.0, 8.0, 30)
     x, y = np.meshgrid(4.0 * np.cos(angle), rows)  # a part of a tube: its straight borders start, its arcs do not
@@ -206,7 +213,7 @@ def test_a_gap_between_the_ends_of_one_polyline_is_one_edge():
     assert lattice.edge_lengths.min() > 0.1 * lattice.edge_length
 
 
-def test_a_selvedge_gives_way_to_a_hole_right_beside_it():
+def test_a_free_border_does_not_cut_off_a_hole_right_beside_it():
     rim = 20.0 * np.stack([np.cos(np.arange(160) * np.pi / 80), np.sin(np.arange(160) * np.pi / 80)], axis=1)
     hole = circle(6.0, centre=(0.0, -13.9), n=48)  # a tenth of a unit off the rim
     vertices, faces = flat_plate([rim, hole], 0.7)
@@ -216,3 +223,21 @@ def test_a_selvedge_gives_way_to_a_hole_right_beside_it():
     check_weave(lattice)
     a, b, c = (lattice.nodes[lattice.face_nodes[k::3]] for k in range(3))
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("height", "is_split"), [(0.15, True), (0.02, True), (-0.05, False), (0.25, False), (0.5, False)]
+)
+def test_a_chord_gets_a_node_where_a_node_lies_between_it_and_the_border_but_not_beyond_the_border(height, is_split):
+    points = np.array([[0.0, 0, 0], [0.5, 0.2, 0], [1.0, 0, 0]])
+    leg = float(np.hypot(0.5, 0.2))
+    ends = PolylineEnd(0, 1), PolylineEnd(1, 0)
+    border = FreeBorder(points, np.array([0, 3, -1]), np.zeros(3), leg * np.arange(3), 2 * leg, *ends)
+    nodes = cKDTree([[0.0, 0, 0], [1.0, 0, 0], [0.5, height, 0]])
+    stations = split_obstructed_chords(border, np.array([0.0, 2 * leg]), nodes)
+    assert stations.tolist() == ([0.0, leg, 2 * leg] if is_split else [0.0, 2 * leg])
+
+
+def test_an_end_of_a_polyline_is_its_first_or_last_element():
+    offsets = np.array([0, 4, 4, 9])
+    assert [PolylineEnd(p, end).element(offsets) for p in (0, 2) for end in (0, 1)] == [0, 3, 4, 8]
