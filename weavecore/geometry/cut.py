@@ -11,10 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, next_in_loop, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN
 
 NONE = -1
@@ -159,7 +157,7 @@ def cut_along(faces: Ints, twins: Ints, marks: Marks) -> Cells:
         [perimeters.start[perimeters.after], marks.vertex[marks.after[segments]], marks.vertex[segments]]
     )
     follower = _followers(perimeters, marks, segments)
-    n_cells, cell = _components(np.arange(len(follower)), follower, len(follower))
+    n_cells, cell = connected(np.arange(len(follower)), follower, len(follower))
     piece = _join_pieces(faces, twins, perimeters, cell, n_cells)
     face_piece = piece[: len(faces)].copy()
     face_piece[perimeters.faces] = NONE
@@ -212,10 +210,4 @@ def _join_pieces(faces: Ints, twins: Ints, perimeters: _Perimeters, cell: Ints, 
     beyond = np.where(opposite == NONE, across, len(faces) + cell[opposite])
     a = np.concatenate([h[whole] // 3, len(faces) + cell[parts]])
     b = np.concatenate([twins[h[whole]] // 3, beyond])
-    return _components(a, b, len(faces) + n_cells)[1]
-
-
-def _components(a: Ints, b: Ints, n: int) -> tuple[int, Ints]:
-    links = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
-    count, label = connected_components(links, directed=False)
-    return int(count), label.astype(np.int64)
+    return connected(a, b, len(faces) + n_cells)[1]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.errors import NonManifold
-from weavecore.geometry.arrays import Bools, Ints
+from weavecore.geometry.arrays import Bools, Ints, connected
 
 NO_TWIN = -1
 
@@ -113,17 +113,11 @@ def pinched_vertices(faces: Ints, twins: Ints, n_vertices: int) -> Ints:
 
 def components(twins: Ints, barrier: Bools | None = None) -> tuple[int, Ints]:
     """Connected components of the faces, not crossing ``barrier`` halfedges: count and label (F,)."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     open_ = twins != NO_TWIN
     if barrier is not None:
         open_ &= ~barrier
     h = np.flatnonzero(open_)
-    n = len(twins) // 3
-    links = coo_matrix((np.ones(len(h), bool), (h // 3, twins[h] // 3)), shape=(n, n))
-    count, label = connected_components(links, directed=False)
-    return int(count), label.astype(np.int64)
+    return connected(h // 3, twins[h] // 3, len(twins) // 3)
 
 
 def _pinched(vertices: Ints) -> NonManifold:

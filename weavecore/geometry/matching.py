@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, ranks_in_rows
 
 ALONE = -1
 _MOST_PAIRS = 20_000
@@ -71,9 +71,8 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
 def pairs_of_equals(keys: Ints) -> tuple[Ints, Ints]:
     """All pairs of positions with the same key, the lesser first."""
     order = np.argsort(keys, kind="stable")
-    _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
-    rank = np.arange(len(keys)) - np.repeat(first, count)
-    behind = np.repeat(count, count) - 1 - rank
+    count = np.unique(keys[order], return_counts=True)[1]
+    behind = np.repeat(count, count) - 1 - ranks_in_rows(count)
     one = np.repeat(np.arange(len(keys)), behind)
-    other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(behind) - behind, behind)
+    other = one + 1 + ranks_in_rows(behind)
     return order[one], order[other]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Ints, inverted, next_in_loop, offsets_of, ranks_in_rows, rows_of
 
 
 def fan_triangles(offsets: Ints, corners: Ints) -> tuple[Ints, Ints]:
@@ -34,8 +34,7 @@ def nodes_on_border(offsets: Ints, corners: Ints, n_nodes: int) -> Bools:
 def _fans(offsets: Ints, corners: Ints, n_parts: Ints) -> tuple[Ints, Ints]:
     """Cut each face into that many triangles about its first corner; where that falls one short, into a quad."""
     n_parts = np.maximum(n_parts, 0)
-    face = np.repeat(np.arange(len(n_parts)), n_parts)
-    step = np.arange(len(face)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
+    face, step = np.repeat(np.arange(len(n_parts)), n_parts), ranks_in_rows(n_parts)
     start, end = offsets[:-1][face], offsets[1:][face]
     is_quad = end - start - n_parts[face] == 3
     second = start + step + 1
@@ -92,8 +91,7 @@ def find_fans(face_offsets: Ints, face_nodes: Ints, edges: Ints, n_nodes: int) -
     """Order the corners about all nodes; each is in a face, and ``edges`` (E, 2) has the lesser node first."""
     tail = face_nodes
     after = next_in_loop(face_offsets)
-    before = np.empty_like(after)
-    before[after] = np.arange(len(after))
+    before = inverted(after)
     head = tail[after]
     n = np.int64(n_nodes)
     side = edges_between(edges, tail, head)

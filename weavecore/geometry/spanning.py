@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import breadth_first_order
 
-from weavecore.geometry.arrays import Ints
+from weavecore.geometry.arrays import Ints, connected
 
 
 def spread_sums(a: Ints, b: Ints, rise: Ints, n: int) -> Ints:
@@ -20,9 +20,7 @@ def spread_sums(a: Ints, b: Ints, rise: Ints, n: int) -> Ints:
     """
     if len(a) == 0:
         return np.zeros(n, np.int64)
-    graph = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n, n)).tocsr()
-    _, label = connected_components(graph, directed=False)
-    roots = np.unique(label, return_index=True)[1]
+    roots = np.unique(connected(a, b, n)[1], return_index=True)[1]
     # One more unknown joins all parts, so that one walk reaches them all.
     tails, heads = np.r_[a, np.full(len(roots), n)], np.r_[b, roots]
     graph = coo_matrix((np.ones(len(tails), np.int8), (tails, heads)), shape=(n + 1, n + 1)).tocsr()

@@ -14,7 +14,7 @@ from typing import Any, Union
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranks_in_rows, rows_of
 
 DEGREE = 3
 _GAUSS = np.polynomial.legendre.leggauss(4)
@@ -150,7 +150,7 @@ def sample_curves(
     # A cubic through smooth data is little longer than its chord; the rest is room.
     pieces = np.maximum(np.ceil(1.2 * reach / step), 1).astype(np.int64)
     span = np.repeat(np.arange(len(start)), pieces)
-    nth = np.arange(len(span)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    nth = ranks_in_rows(pieces)
     part = 1.0 / pieces[span]
 
     def curve(span: Ints, t: Floats) -> tuple[Floats, Floats]:

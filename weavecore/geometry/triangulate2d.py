@@ -13,10 +13,10 @@ from typing import Optional
 
 import numpy as np
 from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import breadth_first_order
 from scipy.spatial import Delaunay
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 
 _FRAME_POINTS = 16
 _FRAME_RADIUS = 8.0
@@ -142,9 +142,7 @@ def _inside_of(faces: Ints, segments: Ints, n: int) -> Ints:
     same = np.flatnonzero(key[order][1:] == key[order][:-1])
     first, second = owner[order[same]], owner[order[same + 1]]
     is_border = np.isin(key[order[same]], border)
-    size = (len(faces), len(faces))
-    free = coo_matrix((np.ones((~is_border).sum(), bool), (first[~is_border], second[~is_border])), shape=size)
-    count, label = connected_components(free, directed=False)
+    count, label = connected(first[~is_border], second[~is_border], len(faces))
     outside = label[np.flatnonzero((faces >= n).any(1))[0]]
     across = coo_matrix((np.ones(is_border.sum()), (label[first[is_border]], label[second[is_border]])), (count, count))
     walk, before = breadth_first_order((across + across.T).tocsr(), outside, directed=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.errors import TooMuchWork
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, ranges
 from weavecore.geometry.bisection import NOT_SPLIT, split_edges
 from weavecore.geometry.closest import nearest_on_triangles
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, halfedge_ends
@@ -101,7 +101,7 @@ def _found_again(vertices: Floats, faces: Ints, part_of: Ints, points: Floats, f
     first = np.searchsorted(part_of[order], face)
     count = np.searchsorted(part_of[order], face, side="right") - first
     row = np.repeat(np.arange(len(face)), count)
-    part = order[np.repeat(first, count) + np.arange(len(row)) - offsets_of(count)[row]]
+    part = order[ranges(first, count)]
     gap = np.linalg.norm(nearest_on_triangles(points[row], vertices[faces[part]]) - points[row], axis=1)
     by_gap = np.lexsort((part, gap, row))
     found: Ints = part[by_gap][offsets_of(count)[:-1]]

@@ -9,10 +9,8 @@ lies beyond crossing ``c``.  A piece needs no element of its own: it always touc
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, offsets_of, ranges, rows_of
 from weavecore.model.latitudes import Bands
 from weavecore.offsetting.isolines.crossings import NO_CROSSING, Crossings, Loops
 from weavecore.offsetting.isolines.cut_mesh import Sheet
@@ -47,9 +45,7 @@ class Pieces:
         b = np.concatenate([above[onward], below[onward]])
         # Nodes of one region are joined already; only parts of edges need joining.
         joins = (a >= regions.count) | (b >= regions.count)
-        n = regions.count + len(crossings)
-        links = coo_matrix((np.ones(int(joins.sum()), np.int8), (a[joins], b[joins])), shape=(n, n))
-        _, label = connected_components(links, directed=False)
+        _, label = connected(a[joins], b[joins], regions.count + len(crossings))
         used = np.concatenate([np.ones(regions.count, bool), ~is_last])
         name = np.full(int(label.max()) + 1, -1, np.int64)
         named = np.unique(label[used])
@@ -131,8 +127,7 @@ def find_parents(bands: Bands) -> Ints:
     parents, children = np.flatnonzero(bands.is_parent), np.flatnonzero(~bands.is_parent)
     per_band = np.bincount(band[parents], minlength=len(bands))
     n_parents = per_band[band[children]]
-    at = np.repeat(offsets_of(per_band)[:-1][band[children]], n_parents)
-    within = np.arange(len(at)) - np.repeat(offsets_of(n_parents)[:-1], n_parents)
-    pairs = np.c_[bands.polyline[parents[at + within]], np.repeat(bands.polyline[children], n_parents)]
+    parent = parents[ranges(offsets_of(per_band)[:-1][band[children]], n_parents)]
+    pairs = np.c_[bands.polyline[parent], np.repeat(bands.polyline[children], n_parents)]
     unique: Ints = np.unique(pairs.reshape(-1, 2), axis=0)
     return unique

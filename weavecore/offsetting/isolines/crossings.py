@@ -12,10 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, follow, offsets_of
 from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
 from weavecore.offsetting.isolines.cut_mesh import Sheet
 from weavecore.offsetting.isolines.simplify import Regions
@@ -112,7 +110,7 @@ def chain_loops(crossings: Crossings) -> Loops:
     index = np.arange(n)
     is_end = crossings.after == NO_CROSSING
     onward = np.where(is_end, index, crossings.after)
-    count, label = connected_components(_pointers(onward), directed=False)
+    count, label = connected(index, onward, n)
     first = np.empty(count, np.int64)
     first[label[::-1]] = index[::-1]
     before = np.full(n, NO_CROSSING)
@@ -125,13 +123,8 @@ def chain_loops(crossings: Crossings) -> Loops:
     closed[label[ends]] = False
     rank = np.lexsort((first, crossings.level[first]))
     onward[last[rank]] = np.roll(first[rank], -1)
-    order = breadth_first_order(_pointers(onward), first[rank[0]], return_predecessors=False)
-    return Loops(order.astype(np.int64), offsets_of(np.bincount(label, minlength=count)[rank]), closed[rank])
-
-
-def _pointers(after: Ints) -> csr_matrix:
-    n = len(after)
-    return csr_matrix((np.ones(n, np.int8), after, np.arange(n + 1)), shape=(n, n))
+    order = follow(onward, int(first[rank[0]]))
+    return Loops(order, offsets_of(np.bincount(label, minlength=count)[rank]), closed[rank])
 
 
 # ----------------------------------------------------------------------

@@ -12,10 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.model.surface import Origins, SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
@@ -218,8 +216,7 @@ def part_vertices(surface: SurfaceMesh) -> tuple[Ints, Ints]:
     joined = ~surface.is_cut[behind] & (surface.twins[behind] != NO_TWIN)
     here = np.flatnonzero(joined)
     there = np.searchsorted(corners, surface.twins[behind[joined]])
-    links = coo_matrix((np.ones(len(here), np.int8), (here, there)), shape=(len(corners), len(corners)))
-    count, fan = connected_components(links, directed=False)
+    count, fan = connected(here, there, len(corners))
     fan_vertex = np.empty(count, np.int64)
     fan_vertex[fan] = corner_vertex[corners]
     # The first fan of a vertex keeps its number, the others are appended.

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from weavecore.errors import SpacingTooLarge, TooMuchWork
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, offsets_of, rows_of
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
 from weavecore.model.surface import SurfaceMesh
@@ -188,8 +186,7 @@ def _without(latitudes: Latitudes, gone: Bools) -> Latitudes:
     side = np.flatnonzero(gone[bands.polyline])
     pair = side[np.argsort(bands.polyline[side], kind="stable")].reshape(-1, 2)
     a, b = band[pair[:, 0]], band[pair[:, 1]]
-    links = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(len(bands), len(bands)))
-    count, merged = connected_components(links, directed=False)
+    count, merged = connected(a, b, len(bands))
     is_arc = ~lines.closed[bands.polyline[pair[:, 0]]]
     euler, depth = np.zeros(count, np.int64), np.zeros(count)
     np.add.at(euler, merged, bands.euler)
@@ -199,7 +196,7 @@ def _without(latitudes: Latitudes, gone: Bools) -> Latitudes:
     number = np.cumsum(~gone) - 1
     made = order_bands(
         number[bands.polyline[kept]],
-        merged[band[kept]].astype(np.int64),
+        merged[band[kept]],
         bands.is_parent[kept],
         bands.is_left[kept],
         euler,

@@ -11,10 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 from weavecore.offsetting.isolines.cut_mesh import Sheet
 from weavecore.offsetting.spacing import Ladder
 from weavecore.tolerances import LEAST_CAP, LEAST_NECK
@@ -51,7 +49,7 @@ def group_nodes(sheet: Sheet, *, ladder: Ladder) -> Regions:
     band = ladder.count_below(distance)
     tail, head = sheet.tail[sheet.edges], sheet.head[sheet.edges]
     falls = band[tail] != band[head]
-    count, label = _components(tail[~falls], head[~falls], sheet.n_nodes)
+    count, label = connected(tail[~falls], head[~falls], sheet.n_nodes)
     graph = _RegionGraph(band, label, count, tail[falls], head[falls])
     region_band, merged = graph.level(ladder.height(distance), sheet.distance == 0.0)
     settled = region_band[label]
@@ -87,7 +85,7 @@ class _RegionGraph:
 
     def _merge(self) -> Ints:
         same = self.band[self.a] == self.band[self.b]
-        return _components(self.a[same], self.b[same], len(self.band))[1]
+        return connected(self.a[same], self.b[same], len(self.band))[1]
 
     def _raise_pits(self, merged: Ints, has_origin: Bools) -> bool:
         """Lift each pit to its lowest neighbour; whether there was one."""
@@ -112,12 +110,6 @@ class _RegionGraph:
         is_cap[merged[self.a[self.band[self.b] > self.band[self.a]]]] = False
         shallow = is_cap[merged] & (self.band > 0) & (summit[merged] < self.band + LEAST_CAP)
         self.band[shallow] -= 1
-
-
-def _components(a: Ints, b: Ints, n: int) -> tuple[int, Ints]:
-    links = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
-    count, label = connected_components(links, directed=False)
-    return int(count), label.astype(np.int64)
 
 
 # ----------------------------------------------------------------------
