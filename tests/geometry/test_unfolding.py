@@ -25,7 +25,7 @@ def test_frames_place_the_apex_where_it_is_in_space(disc):
 
 
 def test_angles_around_inner_vertices_of_a_plane_are_a_full_turn(disc):
-    inner = ~disc.on_wall
+    inner = ~disc.on_boundary
     np.testing.assert_allclose(disc.total_angle[inner], 2 * np.pi, atol=1e-9)
 
 

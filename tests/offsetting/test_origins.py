@@ -11,7 +11,7 @@ from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_hole, 
 from weavecore.errors import BadIndex
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model import Origins, SurfaceMesh
-from weavecore.offsetting.distance.reflected_double import glue_mirror
+from weavecore.offsetting.distance.reflected_double import reflected_double
 from weavecore.offsetting.distance.solver import measure_distance
 from weavecore.offsetting.isolines.extract import drop_shallow, trace_latitudes
 from weavecore.offsetting.level_sets import offset_levels
@@ -124,7 +124,7 @@ def test_the_order_of_chosen_origins_is_that_of_generation_0():
 
 def test_glued_to_its_mirror_a_surface_keeps_walls_at_its_origins_alone():
     surface = from_hole()
-    vertex, faces, twins = glue_mirror(surface)
+    vertex, faces, twins = reflected_double(surface)
     assert np.array_equal(faces[: surface.n_faces], surface.faces)
     tail, head = vertex[faces].ravel(), vertex[faces[:, [1, 2, 0]]].ravel()
     inner = twins != NO_TWIN

@@ -37,7 +37,7 @@ class Unfolding:
     next_x, next_y, previous_x, previous_y : unit directions of the face's other halfedges in the frame
     angle : angle of the face at the halfedge's tail
     total_angle : (V,) sum of the angles at each vertex
-    on_wall : (V,) whether a vertex lies on a wall
+    on_boundary : (V,) whether a vertex lies on a wall
     excess : (V,) angle above a full turn at inner vertices, 0 on walls
     mean_length : (V,) mean length of the edges at each vertex
     roughness : float, how far nine in ten inner vertices are from flat at most: their angle off a full turn
@@ -55,11 +55,13 @@ class Unfolding:
         self._lay_flat(edge)
         self.angle = np.arctan2(self.apex_y, self.apex_x)
         self.total_angle = np.bincount(self.tail, self.angle, n)
-        self.on_wall = np.zeros(n, bool)
+        self.on_boundary = np.zeros(n, bool)
         wall = twins == NO_TWIN
-        self.on_wall[self.tail[wall]] = self.on_wall[self.head[wall]] = True
-        self.excess = np.where(self.on_wall, 0.0, self.total_angle - 2 * np.pi)
-        self.roughness = float(np.quantile(np.abs(self.excess[~self.on_wall]), 0.9)) if not self.on_wall.all() else 0.0
+        self.on_boundary[self.tail[wall]] = self.on_boundary[self.head[wall]] = True
+        self.excess = np.where(self.on_boundary, 0.0, self.total_angle - 2 * np.pi)
+        self.roughness = (
+            float(np.quantile(np.abs(self.excess[~self.on_boundary]), 0.9)) if not self.on_boundary.all() else 0.0
+        )
         total = np.bincount(self.tail, self.length, n) + np.bincount(self.head, self.length, n)
         count = np.bincount(self.tail, minlength=n) + np.bincount(self.head, minlength=n)
         self.mean_length = total / np.maximum(count, 1)
