@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from weavecore.geometry.triangulate2d import LEAST_CROWD, lay_ladder
+from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side
 
 TOPS = {
     "one corner": [[0.5, 0.1]],
@@ -30,11 +30,11 @@ def areas(points, triangles, normal):
 
 
 @pytest.mark.parametrize("top", TOPS)
-@pytest.mark.parametrize("n", [LEAST_CROWD, 40, 201])
+@pytest.mark.parametrize("n", [MIN_CROWD, 40, 201])
 def test_the_triangles_fill_the_polygon_once(top, n):
     normal = (1.0, 2.0, -1.0)
     polygon = crowded(TOPS[top], n, turn=n // 3, normal=normal)
-    ladder = lay_ladder(polygon)
+    ladder = triangulate_crowded_side(polygon)
     points = np.concatenate([polygon, ladder.points])
     area = areas(points, ladder.triangles, normal)
     fan = np.stack(
@@ -51,7 +51,7 @@ def test_the_triangles_fill_the_polygon_once(top, n):
 
 def test_few_edges_are_long():
     polygon = crowded(TOPS["a flat one"], 400)
-    ladder = lay_ladder(polygon)
+    ladder = triangulate_crowded_side(polygon)
     points = np.concatenate([polygon, ladder.points])
     along = points[ladder.triangles] - points[np.roll(ladder.triangles, -1, axis=1)]
     # A fan of 400 has about 600 sides longer than a tenth of that side.
@@ -62,11 +62,11 @@ def test_few_edges_are_long():
 @pytest.mark.parametrize(
     "polygon",
     [
-        crowded(TOPS["one corner"], LEAST_CROWD - 1),
+        crowded(TOPS["one corner"], MIN_CROWD - 1),
         crowded([[1.3, 0.4], [0.5, 0.6]], 40),  # leans out over the end of the side
         np.stack([np.linspace(0, 1, 40), np.zeros(40), np.zeros(40)], axis=1),  # has no area
     ],
     ids=["not crowded", "leaning", "flat"],
 )
 def test_other_polygons_are_left_to_a_fan(polygon):
-    assert lay_ladder(polygon) is None
+    assert triangulate_crowded_side(polygon) is None

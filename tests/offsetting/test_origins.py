@@ -13,7 +13,7 @@ from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model import Origins, SurfaceMesh
 from weavecore.offsetting.distance.reflected_double import reflected_double
 from weavecore.offsetting.distance.solver import measure_distance
-from weavecore.offsetting.isolines.extract import drop_shallow, trace_latitudes
+from weavecore.offsetting.isolines.extract import prune_beside_free_borders, trace_latitudes
 from weavecore.offsetting.level_sets import offset_levels
 
 HELD_OFF = 2e-4 * EDGE
@@ -139,7 +139,7 @@ def test_a_line_right_before_the_far_side_is_left_out():
     field = measure_distance(surface)
     spacing = (COLUMNS / 8 - 0.02) * EDGE
     traced = trace_latitudes(surface, field, spacing=spacing)
-    kept = drop_shallow(traced)
+    kept = prune_beside_free_borders(traced)
     assert len(traced) == 9
     assert len(kept) == 8
     assert kept.bands.euler.tolist() == [1] * 8

@@ -51,7 +51,7 @@ class Refinement:
 
 
 def refine_faces(
-    vertices: Floats, faces: Ints, *, longest: float, protected: Bools | None = None, yielding: Bools | None = None
+    vertices: Floats, faces: Ints, *, longest: float, protected: Bools | None = None, splittable: Bools | None = None
 ) -> Refinement:
     """Refine the faces that have an edge longer than ``longest``; leave all others alone.
 
@@ -64,7 +64,7 @@ def refine_faces(
         In the unit of the vertices.
     protected : (3F,) bool, optional
         Halfedges whose edge may not be cut, besides those of the border; one of the two is enough.
-    yielding : (3F,) bool, optional
+    splittable : (3F,) bool, optional
         Halfedges of the border whose edge may be cut all the same.
 
     Returns
@@ -84,7 +84,7 @@ def refine_faces(
     """
     if not longest > 0:
         raise TooMuchWork(f"Edges no longer than {longest} cannot be made", remedy="Give a length above zero.")
-    worked = _Bisection(vertices, faces, longest, protected, yielding)
+    worked = _Bisection(vertices, faces, longest, protected, splittable)
     queue = worked.long_faces(np.arange(len(faces)))
     if len(queue) == 0:
         return Refinement(vertices, faces, np.arange(len(faces)))
@@ -116,7 +116,7 @@ class _Bisection:
     """The mesh while it is worked on: the faces not sealed, with their twins, and the sealed ones."""
 
     def __init__(
-        self, vertices: Floats, faces: Ints, longest: float, protected: Bools | None, yielding: Bools | None
+        self, vertices: Floats, faces: Ints, longest: float, protected: Bools | None, splittable: Bools | None
     ) -> None:
         self.vertices, self.longest = vertices, longest
         self.faces = np.array(faces, np.int64)
@@ -126,10 +126,10 @@ class _Bisection:
             shut[self.twins[protected & (self.twins != NO_TWIN)]] = True
             self.twins[shut] = NO_TWIN
         self.parent = np.arange(len(faces))
-        self.yields = np.zeros(3 * len(faces), bool) if yielding is None else yielding.copy()
+        self.splittable = np.zeros(3 * len(faces), bool) if splittable is None else splittable.copy()
         # Of a border halfedge: the arch's height over the square of the whole edge's length, in units of longest.
         length = np.sqrt(self._squares(np.arange(len(faces)))).ravel()
-        arched = (self.twins == NO_TWIN) & (length > 1) & ~self.yields
+        arched = (self.twins == NO_TWIN) & (length > 1) & ~self.splittable
         height = np.minimum(_ARCH * length, _DEPTH)
         self.bend = np.divide(height, length**2, out=np.zeros_like(length), where=arched)
         self.sealed: list[Ints] = []
@@ -192,7 +192,7 @@ class _Bisection:
         of_halfedge[twin[paired]] = of_halfedge[chosen[paired]]
         a, b, c = self._corners(chosen[leads])
         middle = (self.vertices[a] + self.vertices[b]) / 2
-        on_border = (twin[leads] == NO_TWIN) & ~self.yields[chosen[leads]]
+        on_border = (twin[leads] == NO_TWIN) & ~self.splittable[chosen[leads]]
         a, b, c, new = a[on_border], b[on_border], c[on_border], new[on_border]
         middle[on_border] = self._arch_points(chosen[leads][on_border], a, b, c)
         self.vertices = np.concatenate([self.vertices, middle])
@@ -224,7 +224,7 @@ class _Bisection:
         places = [3 * added + 1, 3 * face + 2]
         moved = np.arange(len(self.twins))
         twin, outer = self.twins[h], [self.twins[s] for s in beyond]
-        bend, yields = ([of[s] for s in (*beyond, h)] for of in (self.bend, self.yields))
+        bend, splittable = ([of[s] for s in (*beyond, h)] for of in (self.bend, self.splittable))
         for old, new in zip(beyond, places):
             moved[old] = new
         self.faces[face] = np.stack([a, middle, c], axis=1)
@@ -232,7 +232,7 @@ class _Bisection:
         self.parent = np.concatenate([self.parent, self.parent[face]])
         self.twins = np.concatenate([self.twins, np.full(3 * len(h), NO_TWIN, np.int64)])
         self.bend = np.concatenate([self.bend, np.zeros(3 * len(h))])
-        self.yields = np.concatenate([self.yields, np.zeros(3 * len(h), bool)])
+        self.splittable = np.concatenate([self.splittable, np.zeros(3 * len(h), bool)])
         for place, across in zip(places, outer):
             known = across != NO_TWIN
             self.twins[place] = NO_TWIN
@@ -245,7 +245,7 @@ class _Bisection:
         self.twins[3 * face] = np.where(beside < 0, NO_TWIN, 3 * added[beside])
         self.twins[3 * added] = np.where(beside < 0, NO_TWIN, 3 * face[beside])
         for place, k in zip((*places, 3 * face, 3 * added), (0, 1, 2, 2)):
-            self.bend[place], self.yields[place] = bend[k], yields[k]
+            self.bend[place], self.splittable[place] = bend[k], splittable[k]
 
     def _join(self, one: Ints, other: Ints) -> None:
         self.twins[one], self.twins[other] = other, one

@@ -125,7 +125,7 @@ def _with_segments(faces: Ints, unit: Floats, segments: Ints, frame: Floats) -> 
     absent = np.flatnonzero(~np.isin(_keys(segments, n), _keys(sides, n)))
     if len(absent) == 0:
         return faces, absent
-    fan = TriangleFan(faces, np.vstack([unit, frame]), segments)
+    fan = FlippableTriangulation(faces, np.vstack([unit, frame]), segments)
     missing = [s for index in absent.tolist() for s in fan.bring_in(index)]
     return fan.faces(), np.unique(np.array(missing, np.int64))
 
@@ -160,7 +160,7 @@ _FLAT = 1e-14
 _PATIENCE = 20
 
 
-class TriangleFan:
+class FlippableTriangulation:
     """Triangles as a table from each directed edge to the corner that faces it.
 
     It serves the few segments that a Delaunay triangulation lacks; walking from
@@ -263,7 +263,7 @@ class TriangleFan:
 # A fan about the middle would join each of them to one far point.  Here rows of points are laid over that side, each
 # with half as many as the one below, so that no triangle is much longer than it must be.
 
-LEAST_CROWD = 12
+MIN_CROWD = 12
 """A side with so many points between its ends is worth a ladder."""
 
 _STRAIGHT = 1e-6  # sine of the turn from which on a polygon has a corner
@@ -285,7 +285,7 @@ class Ladder:
     triangles: Ints
 
 
-def lay_ladder(polygon: Floats) -> Optional[Ladder]:
+def triangulate_crowded_side(polygon: Floats) -> Optional[Ladder]:
     """The ladder of a polygon (n, 3); None where no side is so crowded, or the others do not lie over it.
 
     Parameters
@@ -331,7 +331,7 @@ def _crowded_side(polygon: Floats) -> Optional[tuple[int, int]]:
         return None
     counts = np.diff(np.append(corners, corners[0] + len(polygon))) + 1
     best = int(np.argmax(counts))
-    return (int(corners[best]), int(counts[best])) if counts[best] - 2 >= LEAST_CROWD else None
+    return (int(corners[best]), int(counts[best])) if counts[best] - 2 >= MIN_CROWD else None
 
 
 def _between(low: Ints, top: Ints, place: Floats) -> Ints:

@@ -12,7 +12,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets
 from weavecore.geometry.bisection import bisect_edges, bisect_long_edges
 from weavecore.geometry.cut import NONE, Cells, Marks, cut_along
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge
-from weavecore.geometry.triangulate2d import LEAST_CROWD, lay_ladder, triangulate_polygon
+from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side, triangulate_polygon
 from weavecore.linking.free_borders import Hem, points_on
 from weavecore.linking.resample import index_at, points_at
 from weavecore.model.latitudes import Latitudes
@@ -176,9 +176,9 @@ def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints
     whole_normal = np.stack([np.bincount(fan, normal[:, k], minlength=len(large)) for k in range(3)], axis=1)
     is_folded, is_fan = np.zeros(len(large), bool), np.ones(len(large), bool)
     is_folded[fan[(normal * whole_normal[fan]).sum(1) < 0]] = True
-    for k in np.flatnonzero(is_folded | (count[large] >= LEAST_CROWD + 2)).tolist():
+    for k in np.flatnonzero(is_folded | (count[large] >= MIN_CROWD + 2)).tolist():
         corners = _around(cells, int(first[large[k]]), int(count[large[k]]))
-        ladder = lay_ladder(points[corners])
+        ladder = triangulate_crowded_side(points[corners])
         if ladder is None and not is_folded[k]:
             continue
         parts = triangulate_polygon(points[corners], whole_normal[k]) if ladder is None else ladder.triangles

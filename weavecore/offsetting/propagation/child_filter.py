@@ -12,7 +12,7 @@ between two steps without crossing.  So two questions are asked, both by side:
        child A   ---->|           |<----  child B       no room: each step ends beyond the other child
                  ---->|        |<----                   room
 
-   Of a child in doubt it is tried whether anything is left when it is offset by the least cap, `LEAST_CAP`.
+   Of a child in doubt it is tried whether anything is left when it is offset by the least cap, `MIN_CAP_RISE`.
 
 The time is linear in segments and in pairs of segments that share a face.
 """
@@ -45,7 +45,7 @@ from weavecore.offsetting.propagation.offset_vertices import (
 from weavecore.offsetting.propagation.ray_directions import start_on_curves
 from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
 from weavecore.offsetting.propagation.uncrossing import UncrossedCurves, reconnect_at_crossings
-from weavecore.tolerances import LEAST_CAP
+from weavecore.tolerances import MIN_CAP_RISE
 
 # ----------------------------------------------------------------------
 # Of the loops that reconnecting leaves: has a front been there already?
@@ -105,7 +105,7 @@ def find_uncovered_loops(
     curves, length = uncrossed.curves, uncrossed.curves.curve_lengths
     covered = _measure_covered(domain, rays, vertices, raw, uncrossed)
     # How deep it is beyond an open one, which may cut off a narrow tip, is asked later.
-    least = np.where(curves.closed, np.pi * LEAST_CAP, _SHORTEST) * rays.step
+    least = np.where(curves.closed, np.pi * MIN_CAP_RISE, _SHORTEST) * rays.step
     is_new = (covered < _MOST_COVERED * length) & (length > least) & _leave_their_faces(curves)
     is_new[is_new] = ~_are_near(domain, rays, curves.take(is_new))
     is_new[is_new] = ~_are_islands(domain, curves.take(is_new), rays.step)
@@ -317,7 +317,7 @@ def _are_deep(domain: Domain, fronts: SurfaceCurves, *, spacing: float) -> Bools
     """
     if len(fronts) == 0:
         return np.zeros(0, bool)
-    cap = LEAST_CAP * spacing
+    cap = MIN_CAP_RISE * spacing
     rays = cast_rays(domain, start_on_curves(domain, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
     rays = stop_at_fronts(domain, rays, fronts)
     vertices = offset_vertices(domain, rays)
