@@ -166,7 +166,7 @@ def test_a_component_without_an_origin_is_refused() -> None:
         vertices=np.concatenate([tube.vertices, tube.vertices + np.array([9, 0, 0])]),
         faces=np.concatenate([tube.faces, tube.faces + tube.n_vertices]),
     )
-    with pytest.raises(Unsupported, match="A component on which none of the borders and curves lies"):
+    with pytest.raises(Unsupported, match="A component without any of the borders and curves"):
         refuse_closed(start_at(two, curves=[ring(1.0)]))
     refuse_closed(start_at(two, borders=[2], curves=[ring(1.0)]))
 
