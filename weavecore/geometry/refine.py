@@ -1,11 +1,17 @@
-"""Flat refinement: a finer mesh of exactly the same surface, its borders point for point.
+r"""Refinement of a triangle mesh without a change of its surface or its borders.
 
-Edges that are too long are cut in the middle, the longest of a face first (Rivara 1984), so
-that no angle becomes much smaller than half of what it was.  An edge of the border may not be
-cut.  Its middle is replaced by a point a little inside, on a flat *arch* over the edge; the
-triangle between the edge and that point is *sealed*, and what is left is refined with the two
-sides of the arch as its border.  So a long border edge ends as a thin fan of sealed triangles,
-with well-sized triangles behind it.
+Edges that are too long are bisected, the longest of a face first (Rivara 1984), so that no angle becomes much smaller
+than half of what it was.  An edge of the border may not be bisected.  Its midpoint is replaced by a point a little
+inside, on a flat *arch* over the edge; the triangle between the edge and that point is *sealed*, and the rest is
+refined with the two sides of the arch as its border.  So a long border edge ends as a thin fan of sealed triangles,
+with well-sized triangles behind it::
+
+        \   |   /  |  \   |  /
+         *--*--*---*---*--*         the arch after two rounds
+       / __---- /     \ ----__ \    sealed triangles
+      a -------------------------- b    border edge, as it was
+
+Work: linear in the resulting faces; each round bisects an independent set of edges.
 """
 
 from __future__ import annotations
@@ -18,16 +24,16 @@ from weavecore.errors import TooFarFromOrigin, TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, next_halfedge, previous_halfedge
 
-MOST_FACES = 5_000_000
-"""More faces than this are refused."""
+MAX_FACES = 5_000_000
+"""More faces than this are refused: they would take several gigabytes in later stages."""
 
-_ARCH = 1 / 12  # most height of the arch over a border edge, as a part of the edge
-_DEPTH = 1 / 2  # and as a part of the longest edge: behind it the faces are of their ordinary size
-_MOST_RISE = 1 / 4  # and as a part of the face's height above that edge
+_MAX_ARCH_OF_EDGE = 1 / 12  # height of the arch over a border edge, as a part of the edge
+_MAX_ARCH_OF_LONGEST = 1 / 2  # and as a part of the longest edge: behind it faces have their ordinary size
+_MAX_ARCH_OF_FACE = 1 / 4  # and as a part of the face's height above that edge
 _FACE_AREA = 0.17  # of a refined face, in squares of the longest edge: halves of right angles are common
-_LEAST_STEPS = 64.0  # edges shorter than this many rounding steps have no middle worth the name
+_MIN_ROUNDING_STEPS = 64.0  # of an edge: a shorter one has no midpoint between its ends
 _ROUNDED = 22  # bits of a length left out of account, so that moving the surface changes no choice
-_SCRAMBLE = np.int64(0x9E3779B97F4A7C15 & 0x7FFFFFFFFFFFFFFF)
+_SCRAMBLE = np.int64(0x9E3779B97F4A7C15 & 0x7FFFFFFFFFFFFFFF)  # multiplier of Fibonacci hashing (Knuth)
 _LOW_BITS = np.int64(0x7FFFFFFFFFFFFFFF)
 
 
@@ -63,23 +69,23 @@ def refine_faces(
     longest : float
         In the unit of the vertices.
     protected : (3F,) bool, optional
-        Halfedges whose edge may not be cut, besides those of the border; one of the two is enough.
+        Halfedges whose edge may not be bisected, besides those of the border; one of the two is enough.
     splittable : (3F,) bool, optional
-        Halfedges of the border whose edge may be cut all the same.
+        Halfedges of the border whose edge may be bisected all the same.
 
     Returns
     -------
     Refinement
-        Edges of the border and protected edges are the same as before.  Every other edge is at
-        most ``longest`` long, but for the sides of sealed triangles beside a border or protected
-        edge that is longer itself.  Orientation is kept.
+        Edges of the border and protected edges are the same as before.  Every other edge is at most ``longest`` long,
+        except for the sides of sealed triangles beside a border or protected edge that is longer itself.  Orientation
+        is kept.
 
     Raises
     ------
     TooMuchWork
-        Where more than `MOST_FACES` faces are to be expected.
+        If more than `MAX_FACES` faces are to be expected.
     TooFarFromOrigin
-        Where ``longest`` is lost in the rounding of the coordinates.
+        If ``longest`` is lost in the rounding of the coordinates.
     NonManifold
     """
     if not longest > 0:
@@ -96,19 +102,19 @@ def refine_faces(
 
 def _check_work(vertices: Floats, faces: Ints, longest: float) -> None:
     largest = float(np.abs(vertices).max())
-    if longest < _LEAST_STEPS * np.spacing(largest):
+    if longest < _MIN_ROUNDING_STEPS * np.spacing(largest):
         raise TooFarFromOrigin(
-            f"Edges of {longest:.3g} cannot be told from rounding at coordinates of {largest:.3g}",
+            f"Edges of {longest:.3g} are lost in rounding at coordinates of {largest:.3g}",
             remedy="Move the surface to the origin, or use a larger spacing.",
         )
     a, b, c = (vertices[faces[:, k]] / longest for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     around = sum(np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a)))
     expected = float(np.sum(area / _FACE_AREA + around))
-    if not expected <= MOST_FACES:
+    if not expected <= MAX_FACES:
         raise TooMuchWork(
             f"Refining the mesh to edges of {longest:.4g} would make about {expected:.2g} faces",
-            remedy=f"Use a larger spacing: at most {MOST_FACES:,} faces are made.",
+            remedy=f"Use a larger spacing: at most {MAX_FACES:,} faces are made.",
         )
 
 
@@ -130,7 +136,7 @@ class _Bisection:
         # Of a border halfedge: the arch's height over the square of the whole edge's length, in units of longest.
         length = np.sqrt(self._squares(np.arange(len(faces)))).ravel()
         arched = (self.twins == NO_TWIN) & (length > 1) & ~self.splittable
-        height = np.minimum(_ARCH * length, _DEPTH)
+        height = np.minimum(_MAX_ARCH_OF_EDGE * length, _MAX_ARCH_OF_LONGEST)
         self.bend = np.divide(height, length**2, out=np.zeros_like(length), where=arched)
         self.sealed: list[Ints] = []
         self.sealed_parent: list[Ints] = []
@@ -207,7 +213,8 @@ class _Bisection:
         length = np.linalg.norm(along, axis=1)
         height = np.linalg.norm(np.cross(along, (apex - p) / self.longest), axis=1) / length
         rise = self.bend[halfedge] * length**2
-        part = np.minimum(_MOST_RISE, np.divide(rise, height, out=np.full(len(rise), _MOST_RISE), where=height > 0))
+        limit = np.full(len(rise), _MAX_ARCH_OF_FACE)
+        part = np.minimum(_MAX_ARCH_OF_FACE, np.divide(rise, height, out=limit, where=height > 0))
         points: Floats = middle + part[:, None] * (apex - middle)
         return points
 

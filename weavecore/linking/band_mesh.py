@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.bisection import bisect_edges, bisect_long_edges
-from weavecore.geometry.cut import NONE, Cells, Marks, cut_along
+from weavecore.geometry.cut import NONE, CellComplex, Marks, cut_along
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge
 from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side, triangulate_polygon
 from weavecore.linking.free_borders import Hem, points_on
@@ -134,7 +134,7 @@ def _refined(mesh: BandMesh, points: Floats, triangles: Ints, origin: Ints) -> B
     return BandMesh(points, triangles, mesh.band[origin], seat, mesh.seat_band, mesh.seat_node)
 
 
-def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: Ints) -> tuple[Ints, Ints]:
+def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: CellComplex, sides: Ints) -> tuple[Ints, Ints]:
     """For each side its curve, and the piece of the mesh that lies on it."""
     bands = latitudes.bands
     is_ring = curves.polyline != NONE
@@ -147,7 +147,7 @@ def _curves_of_sides(latitudes: Latitudes, curves: Curves, cells: Cells, sides: 
     return curve, np.where(on_edges[curve], cells.edge_piece[curves.border[curve]], across)
 
 
-def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
+def _triangles(mesh: OpenMesh, curves: Curves, cells: CellComplex, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
     """Points, triangles and their bands: whole faces, and cells cut by a diagonal, as ladders, fans or polygons."""
     face_band = np.where(cells.face_piece == NONE, NONE, band_of_piece[cells.face_piece])
     whole = np.flatnonzero(face_band != NONE)
@@ -195,7 +195,7 @@ def _triangles(mesh: OpenMesh, curves: Curves, cells: Cells, band_of_piece: Ints
     return points, np.concatenate(triangles), np.concatenate(band)
 
 
-def _around(cells: Cells, first: int, count: int) -> Ints:
+def _around(cells: CellComplex, first: int, count: int) -> Ints:
     """The corners of a cell in its order, from where one of its parts starts."""
     part, parts = first, []
     for _ in range(count):

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
-from weavecore.geometry.cut import NONE, Cells, Marks, cut_along
+from weavecore.geometry.cut import NONE, CellComplex, Marks, cut_along
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
 from weavecore.model.surface import Origins, SurfaceMesh
@@ -160,7 +160,7 @@ class _Pieces:
     domain : Domain
     marks : Marks
         Of the fronts, M points.
-    cells : Cells
+    cells : CellComplex
         The mesh cut along them.
 
     Attributes
@@ -176,7 +176,7 @@ class _Pieces:
         Euler characteristics.
     """
 
-    def __init__(self, surface: SurfaceMesh, domain: Domain, marks: Marks, cells: Cells) -> None:
+    def __init__(self, surface: SurfaceMesh, domain: Domain, marks: Marks, cells: CellComplex) -> None:
         used = np.unique(np.concatenate([cells.face_piece, cells.cell_piece]))
         used = used[used != NONE]
         name = np.full(int(used.max()) + 2, NONE)
