@@ -148,7 +148,7 @@ class Unfolding:
         return self.twin[halfedge], self.length[halfedge] - along, -x, -y
 
 
-def leave_face(
+def _leave_face(
     frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
     """Find where lines from inside faces leave them.
@@ -231,7 +231,7 @@ def walk_straight(
     for _ in range(_MAX_FACES_NEARBY):
         if len(active) == 0:
             break
-        edge, reach, along, ex, ey = leave_face(frames, at[active], x[active], y[active], dx[active], dy[active])
+        edge, reach, along, ex, ey = _leave_face(frames, at[active], x[active], y[active], dx[active], dy[active])
         ends = reach >= left[active]
         stop, m = active[ends], left[active][ends]
         x[stop] += m * dx[stop]
@@ -268,7 +268,7 @@ def back_to_edge(
     back : (n,) float64
         How far the line was moved back.
     """
-    edge, far, along, ex, ey = leave_face(frames, halfedge, px, py, -ux, -uy)
+    edge, far, along, ex, ey = _leave_face(frames, halfedge, px, py, -ux, -uy)
     return edge, along, -ex, -ey, far
 
 
@@ -352,7 +352,7 @@ class Walks:
         )
 
 
-def in_face_order(weights: Floats, halfedge: Ints) -> Floats:
+def _in_face_order(weights: Floats, halfedge: Ints) -> Floats:
     """Reorder weights of tail, head and apex to the corners of the face.
 
     Parameters
@@ -382,7 +382,7 @@ def on_halfedge(halfedge: Ints, part: Floats) -> Floats:
     -------
     (n, 3) float64
     """
-    return in_face_order(np.stack([1.0 - part, part, np.zeros_like(part)], axis=1), halfedge)
+    return _in_face_order(np.stack([1.0 - part, part, np.zeros_like(part)], axis=1), halfedge)
 
 
 def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats, far: Floats) -> Walks:
@@ -412,13 +412,13 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
         if len(active) == 0 and rows:
             break
         h, begin = at[active], gone[active]
-        edge, reach, along, ex, ey = leave_face(frames, h, x[active], y[active], dx[active], dy[active])
-        start = in_face_order(barycentric_at(frames, h, x[active], y[active]), h)
+        edge, reach, along, ex, ey = _leave_face(frames, h, x[active], y[active], dx[active], dy[active])
+        start = _in_face_order(barycentric_at(frames, h, x[active], y[active]), h)
         ends = reach >= far[active] - begin
         step = np.where(ends, far[active] - begin, reach)
         inside = barycentric_at(frames, h, x[active] + step * dx[active], y[active] + step * dy[active])
         end = np.where(
-            ends[:, None], _kept_inside(in_face_order(inside, h)), on_halfedge(edge, along / frames.length[edge])
+            ends[:, None], _kept_inside(_in_face_order(inside, h)), on_halfedge(edge, along / frames.length[edge])
         )
         gone[active] += step
         rows.append((active, h // 3, start, end, begin, gone[active]))

@@ -142,7 +142,7 @@ def border_loops(faces: Ints, twins: Ints) -> list[Ints]:
     return loops
 
 
-def pinched_vertices(faces: Ints, twins: Ints, n_vertices: int) -> Ints:
+def _pinched_vertices(faces: Ints, twins: Ints, n_vertices: int) -> Ints:
     """Find vertices at which two or more fans of faces touch.
 
     Turning about a vertex from one of its corners, the first of its fan where that is open, meets all corners of that
@@ -216,6 +216,6 @@ def check_manifold_vertices(faces: Ints, twins: Ints, n_vertices: int) -> None:
     ------
     NonManifold
     """
-    bad = pinched_vertices(faces, twins, n_vertices)
+    bad = _pinched_vertices(faces, twins, n_vertices)
     if len(bad):
         raise _pinched(bad)

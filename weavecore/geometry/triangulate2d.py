@@ -163,7 +163,7 @@ def _with_segments(faces: Ints, unit: Floats, segments: Ints, frame: Floats) -> 
     absent = np.flatnonzero(~np.isin(_keys(segments, n), _keys(sides, n)))
     if len(absent) == 0:
         return faces, absent
-    fan = FlippableTriangulation(faces, np.vstack([unit, frame]), segments)
+    fan = _FlippableTriangulation(faces, np.vstack([unit, frame]), segments)
     missing = [s for index in absent.tolist() for s in fan.bring_in(index)]
     return fan.faces(), np.unique(np.array(missing, np.int64))
 
@@ -191,7 +191,7 @@ def _inside_of(faces: Ints, segments: Ints, n: int) -> Ints:
     return kept
 
 
-class FlippableTriangulation:
+class _FlippableTriangulation:
     """Triangles as a table from each directed edge to the corner that faces it.
 
     It serves the few segments that a Delaunay triangulation lacks; walking from

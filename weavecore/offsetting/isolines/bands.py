@@ -24,7 +24,7 @@ from weavecore.offsetting.isolines.simplify import LevelRegions
 from weavecore.offsetting.spacing import LevelSchedule
 
 
-class BandLabels:
+class _BandLabels:
     """Band of every node and of every part of an edge.
 
     Attributes
@@ -126,7 +126,7 @@ def find_bands(
     -------
     Bands
     """
-    labels = BandLabels(regions, crossings)
+    labels = _BandLabels(regions, crossings)
     first = loops.order[loops.offsets[:-1]]
     child = len(mesh.origins) + np.arange(len(first))
     polyline = np.concatenate([mesh.side_polyline, child, child])

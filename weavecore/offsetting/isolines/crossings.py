@@ -123,10 +123,18 @@ def find_crossings(mesh: CutMesh, band: Ints) -> Crossings:
 
 
 def chain_loops(crossings: Crossings) -> Loops:
-    """Order the crossings along the polylines that they make.
+    """Order the crossings along the polylines.
 
-    Closed ones are opened before their first crossing, and all are strung one behind the other, so
-    that one walk, in compiled code, orders them all.
+    Closed ones are opened before their first crossing and all are chained one behind the other, so that one
+    breadth-first walk, in compiled code, orders them all.
+
+    Parameters
+    ----------
+    crossings : Crossings
+
+    Returns
+    -------
+    Loops
     """
     n = len(crossings)
     if n == 0:

@@ -69,7 +69,7 @@ def trace_latitudes(surface: SurfaceMesh, field: DistanceField, *, spacing: Spac
     mesh = insert_cut_locus(open_along_cuts(surface, field), surface.edge_lengths, schedule=schedule)
     regions = group_by_level(mesh, schedule=schedule)
     if not regions.band.any():
-        raise too_large(float(schedule.spacings[0]), least_depth(surface, field.distance))
+        raise too_large(float(schedule.spacings[0]), _least_depth(surface, field.distance))
     refuse_too_many_points(count_crossings(mesh, regions.band), schedule.least_spacing)
     crossings = find_crossings(mesh, regions.band)
     part = place_crossings(mesh, regions, crossings, schedule=schedule)
@@ -168,7 +168,7 @@ def too_large(spacing: float, depth: float) -> SpacingTooLarge:
     )
 
 
-def least_depth(surface: SurfaceMesh, distance: Floats) -> float:
+def _least_depth(surface: SurfaceMesh, distance: Floats) -> float:
     """Lower bound of a surface's depth: at a vertex, or at the centre of the largest circle inside a face.
 
     Parameters

@@ -65,7 +65,7 @@ def group_by_level(mesh: CutMesh, *, schedule: LevelSchedule) -> LevelRegions:
         Every region has a lower neighbour or holds an origin, so that each polyline has a parent; each without a
         higher neighbour rises at least `MIN_CAP_RISE` spacings above its level.
     """
-    distance = simplify_topology(mesh, schedule=schedule)
+    distance = _without_narrow_ridges(mesh, schedule=schedule)
     band = schedule.levels_below(distance)
     tail, head = mesh.tail[mesh.edges], mesh.head[mesh.edges]
     falls = band[tail] != band[head]
@@ -137,7 +137,7 @@ _STEEP_RIDGE = 0.4
 two fronts meet at less than 130 degrees (2 acos 0.4)."""
 
 
-def simplify_topology(mesh: CutMesh, *, schedule: LevelSchedule) -> Floats:
+def _without_narrow_ridges(mesh: CutMesh, *, schedule: LevelSchedule) -> Floats:
     """Lower narrow ridges and saddles near a level to `MIN_CUT_LOCUS_RISE` spacings below it.
 
     Parameters
