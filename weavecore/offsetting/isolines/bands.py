@@ -1,6 +1,6 @@
 """Bands: what is left of the surface when it is cut along all polylines, and with them the parents of each polyline.
 
-Levels cut a face into labels; labels that share a part of an edge belong to the same band.  The *elements* that are
+Levels cut a face into pieces; pieces that share a part of an edge belong to the same band.  The *elements* that are
 joined are the regions of nodes and, where an edge is crossed more than once, its parts between two crossings::
 
       deep  o------x------x------o  shallow        element r: region of the deep node
@@ -63,7 +63,7 @@ class _BandLabels:
         self.is_last_on_edge: Bools = is_last
 
     def euler(self, mesh: CutMesh, regions: LevelRegions, open_starts: Ints) -> Ints:
-        """Euler characteristic of each band: nodes - edges + labels, and 1 for each side that is an open polyline.
+        """Euler characteristic of each band: nodes - edges + pieces, and 1 for each side that is an open polyline.
 
         Parameters
         ----------
@@ -83,9 +83,9 @@ class _BandLabels:
         a, b = self.node_band[mesh.tail[mesh.edges]], self.node_band[mesh.head[mesh.edges]]
         edges = tally(a) + tally(b[a != b]) + tally(self.above[~self.is_last_on_edge])
         corners = mesh.faces[np.arange(len(mesh.faces)), np.argmin(regions.band[mesh.faces], axis=1)]
-        labels = tally(self.node_band[corners]) + tally(self.above[self.enters])
+        pieces = tally(self.node_band[corners]) + tally(self.above[self.enters])
         sides = tally(self.above[open_starts]) + tally(self.below[open_starts])
-        euler: Ints = tally(self.node_band) - edges + labels + sides
+        euler: Ints = tally(self.node_band) - edges + pieces + sides
         return euler
 
     def depths(self, distance: Floats, reached: Floats) -> Floats:

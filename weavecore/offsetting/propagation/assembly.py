@@ -27,7 +27,7 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
 from weavecore.model.surface import Origins, SurfaceMesh
 from weavecore.offsetting.isolines.bands import find_parents, order_bands
-from weavecore.offsetting.isolines.cut_mesh import split_vertices_at_cuts, sides_of_origins
+from weavecore.offsetting.isolines.cut_mesh import sides_of_origins, split_vertices_at_cuts
 from weavecore.offsetting.isolines.extract import corners_at
 from weavecore.offsetting.propagation.domain import Domain
 from weavecore.offsetting.propagation.surface_curves import SurfaceCurves

@@ -109,7 +109,9 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     schedule = LevelSchedule.of(spacing)
     refuse_closed(surface)
     # About so many vertices, and as many places where polylines go from face to face.
-    refuse_too_many_points(2.0 * VERTICES_PER_SPACING * _area(surface) / schedule.least_spacing**2, schedule.least_spacing)
+    refuse_too_many_points(
+        2.0 * VERTICES_PER_SPACING * _area(surface) / schedule.least_spacing**2, schedule.least_spacing
+    )
     try:
         latitudes = _offset_in_parts(surface, schedule, 1, progress)
     except Degenerate as refusal:
@@ -122,7 +124,9 @@ def _area(surface: SurfaceMesh) -> float:
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
-def _offset_in_more_parts(surface: SurfaceMesh, schedule: LevelSchedule, refusal: Degenerate, progress: Progress) -> Latitudes:
+def _offset_in_more_parts(
+    surface: SurfaceMesh, schedule: LevelSchedule, refusal: Degenerate, progress: Progress
+) -> Latitudes:
     for parts in range(2, _MOST_PARTS + 1):
         with contextlib.suppress(Degenerate, SpacingTooLarge, TooMuchWork):
             return _offset_in_parts(surface, schedule, parts, progress)
