@@ -9,14 +9,14 @@ from planar_meshes import circle, plate
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.distance import rays as rays_module
-from weavecore.offsetting.distance.rays import DISTANCE, SIDE, FrontRays
+from weavecore.offsetting.distance.rays import DISTANCE, SIDE, GeodesicRays
 from weavecore.offsetting.distance.relaxation import front_curvature
 
 
-def in_a_row(n: int) -> FrontRays:
+def in_a_row(n: int) -> GeodesicRays:
     """Rays of a closed front, each linked to the next."""
     one = np.ones(n)
-    rays = FrontRays.starting(np.zeros(n, np.int64), one, 0 * one, one, one, 0 * one, one)
+    rays = GeodesicRays.starting(np.zeros(n, np.int64), one, 0 * one, one, one, 0 * one, one)
     rays.links.after = (np.arange(n) + 1) % n
     rays.links.gap = one.copy()
     return rays

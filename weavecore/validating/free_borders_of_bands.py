@@ -11,10 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, offsets_of, rows_of
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 from weavecore.validating.check_crossings import carriers_of
@@ -115,9 +113,8 @@ def find_outlines(latitudes: Latitudes) -> Outlines:
     turns = np.stack([ahead[~on_border], ahead[~on_border] ^ 1], axis=1)
     one, other = np.concatenate([stretches, turns]).T
     n = 2 * len(polylines)
-    links = coo_matrix((np.ones(len(one), bool), (one, other)), shape=(n, n))
-    _, label = connected_components(links, directed=False)
-    return Outlines(label.astype(np.int64), stretches, _n_whole_selvedges(surface, np.unique(loop[here])))
+    _, label = connected(one, other, n)
+    return Outlines(label, stretches, _n_whole_selvedges(surface, np.unique(loop[here])))
 
 
 def _n_whole_selvedges(surface: SurfaceMesh, ended_on: Ints) -> int:

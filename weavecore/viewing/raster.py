@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, ranges
 from weavecore.viewing.camera import Camera
 
 Nearness = NDArray[np.float32]
@@ -111,8 +111,7 @@ def rows_between(low: Floats, high: Floats, height: int) -> tuple[Ints, Ints]:
     first = np.clip(np.ceil(low - 0.5), 0, height).astype(np.int64)
     last = np.clip(np.floor(high - 0.5), -1, height - 1).astype(np.int64)
     count = np.maximum(last - first + 1, 0)
-    shape = np.repeat(np.arange(len(low)), count)
-    return shape, np.arange(len(shape)) - np.repeat(np.cumsum(count) - count, count) + first[shape]
+    return np.repeat(np.arange(len(low)), count), ranges(first, count)
 
 
 def spans_between(shape: Ints, row: Ints, left: Floats, right: Floats, width: int) -> Spans:

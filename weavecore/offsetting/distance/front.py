@@ -24,7 +24,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, ranges, sorted_unique
 from weavecore.geometry.geodesics import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.offsetting.distance.ray_seeds import ray_spacing
-from weavecore.offsetting.distance.rays import FrontRays, TentativeDistances, advance, offer_at_start
+from weavecore.offsetting.distance.rays import GeodesicRays, TentativeDistances, advance, offer_at_start
 
 MAX_NEARBY_LENGTH = 1.0
 """Mean edge lengths above this (in medians) do not widen the spacing of rays: finer faces may lie ahead."""
@@ -55,7 +55,7 @@ class FrontSnapshot:
     Parameters
     ----------
     frames : Unfolding
-    rays : FrontRays
+    rays : GeodesicRays
         None of them stopped.
     distance : float
 
@@ -74,7 +74,7 @@ class FrontSnapshot:
         Gap that is aimed at.
     """
 
-    def __init__(self, frames: Unfolding, rays: FrontRays, distance: float) -> None:
+    def __init__(self, frames: Unfolding, rays: GeodesicRays, distance: float) -> None:
         state, after = rays.state, rays.links.after
         self.linked = after >= 0
         self.next = np.where(self.linked, after, 0)
@@ -89,12 +89,12 @@ class FrontSnapshot:
         )
 
 
-def measure_growth(rays: FrontRays, snapshot: FrontSnapshot, travelled: float) -> None:
+def measure_growth(rays: GeodesicRays, snapshot: FrontSnapshot, travelled: float) -> None:
     """Estimate the front's curvature between neighbours, in place: from g' = k g, or from the angle between the rays.
 
     Parameters
     ----------
-    rays : FrontRays
+    rays : GeodesicRays
     snapshot : FrontSnapshot
         Of these rays.
     travelled : float
@@ -113,18 +113,18 @@ def measure_growth(rays: FrontRays, snapshot: FrontSnapshot, travelled: float) -
     links.gap = snapshot.gap.copy()
 
 
-def thin(rays: FrontRays, snapshot: FrontSnapshot) -> FrontRays:
+def thin(rays: GeodesicRays, snapshot: FrontSnapshot) -> GeodesicRays:
     """Remove crowded rays of least priority, of which no two are neighbours.
 
     Parameters
     ----------
-    rays : FrontRays
+    rays : GeodesicRays
     snapshot : FrontSnapshot
         Of these rays.
 
     Returns
     -------
-    FrontRays
+    GeodesicRays
         What is left; a removed ray had both neighbours within one spacing.
     """
     priority = rays.links.priority
@@ -137,20 +137,20 @@ def thin(rays: FrontRays, snapshot: FrontSnapshot) -> FrontRays:
     return rays.without(crowded) if crowded.any() else rays
 
 
-def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: FrontRays, distance: float) -> FrontRays:
+def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, distance: float) -> GeodesicRays:
     """Start rays in gaps that have become too wide, and bring them up to the others.
 
     Parameters
     ----------
     frames : Unfolding
     tentative : TentativeDistances
-    rays : FrontRays
+    rays : GeodesicRays
     distance : float
         To which all have come.
 
     Returns
     -------
-    FrontRays
+    GeodesicRays
     """
     for _ in range(_MAX_ROUNDS):
         snapshot = FrontSnapshot(frames, rays, distance)
@@ -175,8 +175,8 @@ def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: FrontRays,
 
 
 def _rays_beside(
-    frames: Unfolding, tentative: TentativeDistances, rays: FrontRays, index: Ints, aside: Floats, offset: Floats
-) -> tuple[FrontRays, Bools]:
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, index: Ints, aside: Floats, offset: Floats
+) -> tuple[GeodesicRays, Bools]:
     """New rays at an offset to the side of others, and which of them could be started."""
     state = rays.state.take(index)
     h, ux, uy = state.halfedge, state.ux, state.uy
@@ -194,7 +194,7 @@ def _rays_beside(
     curvature = curvature / np.maximum(1 - curvature * back, 1e-3)
     distance, sound = _not_ahead_of_what_lies_behind(frames, tentative, entry, along, vx, vy, distance)
     started = arrived & sound & (vy > _MIN_SINE)
-    new = FrontRays.starting(entry, along, vx, vy, distance, curvature, offset / 2).take(np.flatnonzero(started))
+    new = GeodesicRays.starting(entry, along, vx, vy, distance, curvature, offset / 2).take(np.flatnonzero(started))
     return new, started
 
 
@@ -236,7 +236,7 @@ class UnsweptFaces:
         """Whether no face waits for a corner to be reached."""
         return len(self._waiting) == 0
 
-    def rays_into(self, frames: Unfolding, tentative: TentativeDistances, distance: float) -> FrontRays:
+    def rays_into(self, frames: Unfolding, tentative: TentativeDistances, distance: float) -> GeodesicRays:
         """Rays from edges with both ends reached, into faces whose third corner should have been reached.
 
         Parameters
@@ -248,7 +248,7 @@ class UnsweptFaces:
 
         Returns
         -------
-        FrontRays
+        GeodesicRays
             One from the middle of each edge, at right angles to the front that is linear between its ends.
         """
         seen = sorted_unique(np.concatenate([self._waiting, self._faces_at(tentative.newly_reached())]))
@@ -265,7 +265,7 @@ class UnsweptFaces:
         cosine = np.clip((end - start) / length, -MAX_FLATNESS, MAX_FLATNESS)
         middle = np.minimum((start + end) / 2, np.minimum(start, end) + length / 2)
         flat = np.zeros(len(edge))
-        return FrontRays.starting(edge, length / 2, cosine, np.sqrt(1 - cosine * cosine), middle, flat, length / 2)
+        return GeodesicRays.starting(edge, length / 2, cosine, np.sqrt(1 - cosine * cosine), middle, flat, length / 2)
 
     def _faces_at(self, vertex: Ints) -> Ints:
         start = self._offsets[vertex]

@@ -20,7 +20,7 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, ranks_in_rows, rows_of
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.offsetting.distance.rays import FrontRays
+from weavecore.offsetting.distance.rays import GeodesicRays
 
 SMOOTH, ROUGH = (0.002, 0.5), (0.006, 0.35)
 """Roughness of the surface (`Unfolding.roughness`), and the spacing of rays there in mean edge lengths nearby: on rough
@@ -59,7 +59,7 @@ def ray_spacing(frames: Unfolding) -> float:
     return float(np.interp(frames.roughness, np.array(at), np.array(spacing)))
 
 
-def seed_rays(frames: Unfolding) -> FrontRays:
+def seed_rays(frames: Unfolding) -> GeodesicRays:
     """Rays from all boundary halfedges, linked to their neighbours along the boundary.
 
     Parameters
@@ -68,7 +68,7 @@ def seed_rays(frames: Unfolding) -> FrontRays:
 
     Returns
     -------
-    FrontRays
+    GeodesicRays
         At distance 0; strips first, then fans.
     """
     boundary = np.flatnonzero(frames.twin == NO_TWIN)
@@ -108,7 +108,7 @@ class Corners:
         self.before = number[incoming]
 
 
-def _strips(frames: Unfolding, boundary: Ints, before: Ints) -> tuple[FrontRays, Ints, Ints]:
+def _strips(frames: Unfolding, boundary: Ints, before: Ints) -> tuple[GeodesicRays, Ints, Ints]:
     """Rays at right angles to boundary halfedges, with thinning priorities; and the first and last of each."""
     length = frames.length[boundary]
     nearby = _length_nearby(frames, boundary)
@@ -117,7 +117,7 @@ def _strips(frames: Unfolding, boundary: Ints, before: Ints) -> tuple[FrontRays,
     owner = rows_of(offsets)
     n, width = len(owner), (length / count)[owner]
     straight = np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n)  # direction, distance and curvature
-    rays = FrontRays.starting(boundary[owner], (rank + 0.5) * width, *straight, width * _OVERLAP)
+    rays = GeodesicRays.starting(boundary[owner], (rank + 0.5) * width, *straight, width * _OVERLAP)
     rays.links.after = np.arange(1, n + 1)
     first_place = places_along(frames.vertices[frames.tail[boundary]], before, count)
     rays.links.priority = thinning_priority(first_place[owner] + rank)
@@ -142,7 +142,7 @@ def _length_nearby(frames: Unfolding, boundary: Ints) -> Floats:
     return nearby
 
 
-def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[FrontRays, Ints, Ints]:
+def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[GeodesicRays, Ints, Ints]:
     """Rays from corners that open the front, and the first and last of each.
 
     They run from the strip before to the strip after: clockwise seen from outside.
@@ -157,7 +157,7 @@ def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[FrontRays, In
     return rays, offsets[:-1], offsets[1:] - 1
 
 
-def rays_off_corner(frames: Unfolding, halfedge: Ints, angle: Floats) -> FrontRays:
+def rays_off_corner(frames: Unfolding, halfedge: Ints, angle: Floats) -> GeodesicRays:
     """Rays from the tails of halfedges, at distance 0.
 
     Parameters
@@ -169,12 +169,12 @@ def rays_off_corner(frames: Unfolding, halfedge: Ints, angle: Floats) -> FrontRa
 
     Returns
     -------
-    FrontRays
+    GeodesicRays
     """
     n = len(halfedge)
     start = _OFF_CORNER * frames.length[halfedge]
     wide = np.full(n, np.inf)
-    return FrontRays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
+    return GeodesicRays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
 
 
 def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:

@@ -157,7 +157,7 @@ class FrontLinks(_Columns):
 
 
 @dataclass
-class FrontRays:
+class GeodesicRays:
     """Rays of one front: moving state, start and links, each with one row a ray."""
 
     state: RayState
@@ -167,7 +167,7 @@ class FrontRays:
     @classmethod
     def starting(
         cls, halfedge: Ints, px: Floats, ux: Floats, uy: Floats, distance: Floats, curvature: Floats, half_width: Floats
-    ) -> FrontRays:
+    ) -> GeodesicRays:
         """Rays with an open view and no neighbours.
 
         Parameters
@@ -190,15 +190,17 @@ class FrontRays:
     def __len__(self) -> int:
         return len(self.state.halfedge)
 
-    def take(self, index: Ints) -> FrontRays:
+    def take(self, index: Ints) -> GeodesicRays:
         """Copies of some rays; links still count in the old numbering."""
-        return FrontRays(self.state.take(index), self.start.take(index), self.links.take(index))
+        return GeodesicRays(self.state.take(index), self.start.take(index), self.links.take(index))
 
-    def joined(self, other: FrontRays) -> FrontRays:
+    def joined(self, other: GeodesicRays) -> GeodesicRays:
         """Both, these first; links of the other must count from these on."""
-        return FrontRays(self.state.joined(other.state), self.start.joined(other.start), self.links.joined(other.links))
+        return GeodesicRays(
+            self.state.joined(other.state), self.start.joined(other.start), self.links.joined(other.links)
+        )
 
-    def without(self, gone: Bools) -> FrontRays:
+    def without(self, gone: Bools) -> GeodesicRays:
         """The other rays, linked over those that are gone; such links have no known gap.
 
         Parameters
@@ -229,7 +231,9 @@ class FrontRays:
         return np.isinf(self.state.distance)
 
 
-def advance(frames: Unfolding, tentative: TentativeDistances, rays: FrontRays, until: float, *, first: int = 0) -> None:
+def advance(
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, until: float, *, first: int = 0
+) -> None:
     """Step rays until each has come as far as a distance, or stopped.
 
     Parameters
@@ -237,7 +241,7 @@ def advance(frames: Unfolding, tentative: TentativeDistances, rays: FrontRays, u
     frames : Unfolding
     tentative : TentativeDistances
         Gets the offers.
-    rays : FrontRays
+    rays : GeodesicRays
         Changed in place.
     until : float
         In median edge lengths.
@@ -438,14 +442,14 @@ def _add_blockers(
         blockers[EXCESS, m] = excess[m]
 
 
-def offer_at_start(frames: Unfolding, tentative: TentativeDistances, rays: FrontRays) -> None:
+def offer_at_start(frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays) -> None:
     """Offer both ends of the edges on which rays start their distances.
 
     Parameters
     ----------
     frames : Unfolding
     tentative : TentativeDistances
-    rays : FrontRays
+    rays : GeodesicRays
         None of them stopped.
     """
     state = rays.state

@@ -21,7 +21,7 @@ from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.distance.ray_seeds import FAN_ANGLE, find_sector, rays_off_corner
-from weavecore.offsetting.distance.rays import NO_RAY, FrontRays, TentativeDistances
+from weavecore.offsetting.distance.rays import NO_RAY, GeodesicRays, TentativeDistances
 
 MIN_PSEUDO_SOURCE_EXCESS = 0.05
 """Radians above a full turn from which a fan is started; less is left to the blockers of passing rays."""
@@ -58,12 +58,12 @@ def reflected_double(surface: SurfaceMesh) -> tuple[Ints, Ints, Ints]:
     return vertex, faces, twins
 
 
-def unlink_across_free_borders(rays: FrontRays, surface: SurfaceMesh) -> None:
+def unlink_across_free_borders(rays: GeodesicRays, surface: SurfaceMesh) -> None:
     """Unlink, in place, neighbours of which one runs on the surface and one on its image: no front joins them.
 
     Parameters
     ----------
-    rays : FrontRays
+    rays : GeodesicRays
     surface : SurfaceMesh
     """
     after = rays.links.after
@@ -87,7 +87,7 @@ class PseudoSources:
         is_sharp = frames.excess[vertex] > MIN_PSEUDO_SOURCE_EXCESS
         self._vertex, self._leaving = vertex[is_sharp], free[is_sharp]
 
-    def rays_from_reached(self, frames: Unfolding, tentative: TentativeDistances, distance: float) -> FrontRays:
+    def rays_from_reached(self, frames: Unfolding, tentative: TentativeDistances, distance: float) -> GeodesicRays:
         """Fans of rays all around the corners that lie within a distance, each corner once.
 
         Parameters
@@ -98,7 +98,7 @@ class PseudoSources:
 
         Returns
         -------
-        FrontRays
+        GeodesicRays
         """
         at = tentative.distance[self._vertex]
         reached = at < distance
@@ -107,7 +107,7 @@ class PseudoSources:
         return rays
 
 
-def _full_fans(frames: Unfolding, vertex: Ints, leaving: Ints, distance: Floats) -> FrontRays:
+def _full_fans(frames: Unfolding, vertex: Ints, leaving: Ints, distance: Floats) -> GeodesicRays:
     total = frames.total_angle[vertex]
     # An even number, so that no ray runs along the free border, where rounding would decide on which side it is.
     count = 2 * np.ceil(total / (2 * FAN_ANGLE)).astype(np.int64)

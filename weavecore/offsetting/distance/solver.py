@@ -25,7 +25,7 @@ from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.distance.front import FrontSnapshot, UnsweptFaces, fill_gaps, measure_growth, thin
 from weavecore.offsetting.distance.ray_seeds import seed_rays
-from weavecore.offsetting.distance.rays import FrontRays, TentativeDistances, advance, offer_at_start
+from weavecore.offsetting.distance.rays import GeodesicRays, TentativeDistances, advance, offer_at_start
 from weavecore.offsetting.distance.reflected_double import (
     PseudoSources,
     reflected_double,
@@ -129,8 +129,8 @@ def _propagate(frames: Unfolding, surface: SurfaceMesh, progress: Progress) -> T
 
 
 def _repair_front(
-    frames: Unfolding, tentative: TentativeDistances, rays: FrontRays, unswept: UnsweptFaces, distance: float
-) -> FrontRays:
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, unswept: UnsweptFaces, distance: float
+) -> GeodesicRays:
     """Thin crowded rays, fill gaps and enter faces that were left behind."""
     if len(rays):
         snapshot = FrontSnapshot(frames, rays, distance)
@@ -140,8 +140,8 @@ def _repair_front(
 
 
 def _joined(
-    frames: Unfolding, tentative: TentativeDistances, rays: FrontRays, new: FrontRays, distance: float
-) -> FrontRays:
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, new: GeodesicRays, distance: float
+) -> GeodesicRays:
     """The rays, and new ones that are brought up to them."""
     if len(new) == 0:
         return rays

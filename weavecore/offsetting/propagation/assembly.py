@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, inverted, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.cut import NONE, CellComplex, Marks, cut_along
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
@@ -132,8 +132,7 @@ def _mark_fronts(polylines: Polylines, n_sources: int, n_vertices: int) -> Marks
     is_open = ~polylines.closed[n_sources:]
     face, weights = polylines.face[first:], polylines.barycentric[first:]
     after = next_in_loop(offsets)
-    before = np.empty(len(after), np.int64)
-    before[after] = np.arange(len(after))
+    before = inverted(after)
     apex = weights.argmin(1)
     row = np.arange(len(face))
     goes_in = face != face[before]

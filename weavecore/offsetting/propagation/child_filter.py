@@ -20,11 +20,9 @@ The time is linear in segments and in pairs of segments that share a face.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, ranks_in_rows
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.propagation.child_curves import embed_children
 from weavecore.offsetting.propagation.chords import measure_chords
@@ -171,7 +169,7 @@ def _are_near(domain: Domain, rays: FrontRays, loops: SurfaceCurves) -> Bools:
     """Which loops (C,) have chords to where the rays start that are shorter than the step."""
     vertex = np.flatnonzero(loops.is_vertex)
     counts = np.bincount(loops.owner[vertex], minlength=len(loops))
-    rank = np.arange(len(vertex)) - offsets_of(counts)[loops.owner[vertex]]
+    rank = ranks_in_rows(counts)
     vertex = vertex[rank % np.maximum(counts // _ASKED, 1)[loops.owner[vertex]] == 0]
     is_near = measure_nearness(domain, rays, loops, vertex) < _SHORT_OF_THE_END
     total = np.bincount(loops.owner[vertex], minlength=len(loops))
@@ -302,8 +300,7 @@ def find_room_for_grandchildren(
     near = far < BEYOND - 1.0
     n = len(children)
     ends = rays.owner[ray[near]], children.owner[hits.second[near]]
-    links = coo_matrix((np.ones(len(ends[0])), ends), shape=(n, n))
-    _, group = connected_components(links, directed=False)
+    _, group = connected(*ends, n)
     total = np.bincount(group[rays.owner], counts, minlength=n)
     free = np.bincount(group[rays.owner], counts & np.isinf(room), minlength=n)
     beyond = np.bincount(group[rays.owner], counts & (room < 1.0), minlength=n)

@@ -26,7 +26,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from weavecore.errors import Degenerate
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, ranges
 from weavecore.geometry.geodesics import Walks, on_halfedge, place_along, walk_far
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.propagation.chords import measure_chords
@@ -585,9 +585,9 @@ def _gather_walks(parts: list[Walks], order: Ints) -> Walks:
 
 def _take_walks(walks: Walks, index: Ints) -> Walks:
     """The walks of these numbers, in their order."""
-    offsets = offsets_of(np.diff(walks.offsets)[index])
-    owner = rows_of(offsets)
-    row = walks.offsets[:-1][index][owner] + np.arange(len(owner)) - offsets[owner]
+    counts = np.diff(walks.offsets)[index]
+    offsets = offsets_of(counts)
+    row = ranges(walks.offsets[:-1][index], counts)
     return Walks(
         offsets,
         walks.face[row],
