@@ -1,4 +1,4 @@
-"""Distances of the generations, one spacing or several."""
+"""Level schedule: distances of the generations, of one spacing or several."""
 
 from __future__ import annotations
 

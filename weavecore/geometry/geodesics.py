@@ -69,8 +69,8 @@ class Unfolding:
         self.angle = np.arctan2(self.apex_y, self.apex_x)
         self.total_angle = np.bincount(self.tail, self.angle, n)
         self.on_boundary = np.zeros(n, bool)
-        wall = twins == NO_TWIN
-        self.on_boundary[self.tail[wall]] = self.on_boundary[self.head[wall]] = True
+        boundary = twins == NO_TWIN
+        self.on_boundary[self.tail[boundary]] = self.on_boundary[self.head[boundary]] = True
         self.excess = np.where(self.on_boundary, 0.0, self.total_angle - 2 * np.pi)
         self.roughness = (
             float(np.quantile(np.abs(self.excess[~self.on_boundary]), 0.9)) if not self.on_boundary.all() else 0.0
@@ -309,9 +309,9 @@ class Walks:
         How far the walk had come at both ends.
     far : (n,) float64
         How far each walk came.
-    wall : (n,) int64
+    stopped_at : (n,) int64
         The boundary halfedge that was in the way, -1 where none was.
-    wall_ux, wall_uy : (n,) float64
+    stop_ux, stop_uy : (n,) float64
         Direction in which the walk came to it, in its frame.
     """
 
@@ -322,9 +322,9 @@ class Walks:
     begin: Floats
     finish: Floats
     far: Floats
-    wall: Ints
-    wall_ux: Floats
-    wall_uy: Floats
+    stopped_at: Ints
+    stop_ux: Floats
+    stop_uy: Floats
 
     def __len__(self) -> int:
         return len(self.far)
@@ -332,7 +332,7 @@ class Walks:
     @property
     def is_blocked(self) -> Bools:
         """(n,) whether a boundary halfedge was in the way."""
-        return np.asarray(self.wall != NO_TWIN)
+        return np.asarray(self.stopped_at != NO_TWIN)
 
     def take(self, chosen: Bools) -> Walks:
         """Some of the walks."""
@@ -346,9 +346,9 @@ class Walks:
             self.begin[rows],
             self.finish[rows],
             self.far[chosen],
-            self.wall[chosen],
-            self.wall_ux[chosen],
-            self.wall_uy[chosen],
+            self.stopped_at[chosen],
+            self.stop_ux[chosen],
+            self.stop_uy[chosen],
         )
 
 
@@ -404,8 +404,8 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
     Walks
     """
     at, x, y, dx, dy = halfedge.copy(), px.copy(), py.copy(), ux.copy(), uy.copy()
-    gone, wall = np.zeros(len(at)), np.full(len(at), NO_TWIN)
-    wall_ux, wall_uy = np.zeros(len(at)), np.zeros(len(at))
+    gone, stopped_at = np.zeros(len(at)), np.full(len(at), NO_TWIN)
+    stop_ux, stop_uy = np.zeros(len(at)), np.zeros(len(at))
     active = np.arange(len(at))
     rows: list[_Row] = []
     for _ in range(_MAX_FACES):
@@ -423,15 +423,15 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
         gone[active] += step
         rows.append((active, h // 3, start, end, begin, gone[active]))
         stuck = ~ends & (frames.twin[edge] == NO_TWIN)
-        at_wall = active[stuck]
-        wall[at_wall], wall_ux[at_wall], wall_uy[at_wall] = edge[stuck], ex[stuck], ey[stuck]
+        blocked = active[stuck]
+        stopped_at[blocked], stop_ux[blocked], stop_uy[blocked] = edge[stuck], ex[stuck], ey[stuck]
         twin, tx, ex, ey = frames.across(edge, along, ex, ey)
         onward = ~ends & (twin != NO_TWIN)
         active = active[onward]
         at[active], x[active], y[active] = twin[onward], tx[onward], 0.0
         dx[active], dy[active] = ex[onward], ey[onward]
     offsets, face, start, end, begin, finish = _gather(rows, len(gone))
-    return Walks(offsets, face, start, end, begin, finish, gone, wall, wall_ux, wall_uy)
+    return Walks(offsets, face, start, end, begin, finish, gone, stopped_at, stop_ux, stop_uy)
 
 
 def _gather(rows: list[_Row], n_walks: int) -> tuple[Ints, Ints, Floats, Floats, Floats, Floats]:

@@ -1,4 +1,4 @@
-"""Levels from chosen origins: against distances that are known, and cut open by selvedges as they should be."""
+"""Levels from chosen origins: against distances that are known, and cut open by free borders."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def test_walks_in_a_plane_are_straight_segments(disc):
     np.testing.assert_allclose(weights.sum(1), 1.0)
 
 
-def test_walks_stop_short_at_walls(disc):
+def test_walks_stop_short_at_boundary_halfedges(disc):
     start = inner_edges(disc)[:20]
     arrived = walk_straight(disc, start, disc.length[start] / 2, np.zeros(20), np.ones(20), np.full(20, 3.0))[5]
     assert not arrived.any()
