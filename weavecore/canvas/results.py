@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from weavecore.canvas.solve import Run
-from weavecore.geometry.arrays import Ints
+from weavecore.geometry.arrays import Ints, ranks_in_rows
 from weavecore.geometry.polygon_mesh import fan_quads
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave, first_generations
 from weavecore.viewing.surface_paths import origins_inside
@@ -118,7 +118,7 @@ def _places(branch: Ints) -> Ints:
     order = np.argsort(branch, kind="stable")
     counts = np.bincount(branch)
     places = np.empty(len(branch), np.int64)
-    places[order] = np.arange(len(branch)) - np.repeat(np.cumsum(counts) - counts, counts)
+    places[order] = ranks_in_rows(counts)
     return places
 
 

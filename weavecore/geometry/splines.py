@@ -1,9 +1,13 @@
-"""Cubic splines through many rows of points at once, fitted by SciPy.
+"""Cubic splines through many rows of points at once, sampling of them, and curvature along the samples.
 
-A *row* is one curve: points ``offsets[r]:offsets[r + 1]``.  The parameter is the length of the chords.
-An open spline has no curvature at its ends, as a rod has that is held at its points and free
-at its ends; a closed one goes around smoothly.  Between two points the curve is one cubic, known
-from the points and derivatives at its ends.
+A *row* is one curve: points ``offsets[r]:offsets[r + 1]``.  The parameter t is the length of the chords.  An open
+spline has no curvature at its ends, as a rod that is pinned at its points; a closed one is periodic.  Between two
+points p and q, with derivatives dp and dq and the parameter width w, the curve is a Hermite cubic in s = (t - t_p) /
+w::
+
+    p (1 - s)² (1 + 2s) + q s² (3 - 2s) + w s (1 - s) (dp (1 - s) - dq s)
+
+Arc lengths are integrals over four Gauss points for each sample.  Work: linear in points and samples.
 """
 
 from __future__ import annotations
@@ -14,15 +18,31 @@ from typing import Any, Union
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranks_in_rows, rows_of
 
 DEGREE = 3
-_GAUSS = np.polynomial.legendre.leggauss(4)
+_GAUSS = np.polynomial.legendre.leggauss(4)  # exact for polynomials of degree 7
+
+_STRAIGHT = 1e-9
+"""Radians over its length below which a curve is straight."""
+
+_LENGTH_OF_CHORD = 1.2
+"""Arc length over chord for which room is left: a cubic through smooth data is little longer than its chord."""
 
 
 @dataclass(frozen=True, eq=False)
 class SplineRows:
-    """Splines through rows of points, as cubics between them; see `RodAxes` for the arrays."""
+    """Splines through rows of points, as cubics between them.
+
+    Parameters
+    ----------
+    derivatives : (N, 3) float64
+        By the parameter, at each point.
+    parameters : (N,) float64
+        Of each point.
+    ends : (R,) float64
+        At the end of each row; of a closed one where it comes back to its first point.
+    """
 
     derivatives: Floats
     parameters: Floats
@@ -31,7 +51,13 @@ class SplineRows:
 
 @dataclass(frozen=True, eq=False)
 class BSplineRows:
-    """The same splines as B-splines; see `RodAxes` for the arrays."""
+    """The same splines as B-splines of degree `DEGREE`.
+
+    Parameters
+    ----------
+    knot_offsets, knots : ragged float64
+    control_offsets, controls : ragged (n, 3) float64
+    """
 
     knot_offsets: Ints
     knots: Floats
@@ -62,7 +88,19 @@ class CurveSamples:
 
 
 def fit_splines(points: Floats, offsets: Ints, closed: Bools) -> SplineRows:
-    """Interpolate each row of points (two at least, three of a closed row) by a cubic spline."""
+    """Interpolate each row of points by a cubic spline.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    offsets : (R+1,) int64
+        At least two points a row, three of a closed one.
+    closed : (R,) bool
+
+    Returns
+    -------
+    SplineRows
+    """
     derivatives = np.zeros_like(points)
     parameters = np.zeros(len(points))
     ends = np.zeros(len(closed))
@@ -81,7 +119,17 @@ def fit_splines(points: Floats, offsets: Ints, closed: Bools) -> SplineRows:
 
 
 def as_b_splines(points: Floats, offsets: Ints, closed: Bools) -> BSplineRows:
-    """The splines of `fit_splines` with the knots and control points of B-splines."""
+    """The splines of `fit_splines` with the knots and control points of B-splines.
+
+    Parameters
+    ----------
+    points, offsets, closed
+        As of `fit_splines`.
+
+    Returns
+    -------
+    BSplineRows
+    """
     knots: list[Floats] = []
     controls: list[Floats] = []
     for row, is_closed in enumerate(closed.tolist()):
@@ -114,7 +162,23 @@ def _chord_parameters(through: Floats) -> Floats:
 
 
 def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) -> tuple[Ints, Ints, Floats]:
-    """First and last point of every cubic, and the length (n,) of its parameter; cubics in the order of the points."""
+    """Ends of every cubic, in the order of the points.
+
+    Parameters
+    ----------
+    parameters : (N,) float64
+    offsets : (R+1,) int64
+    closed : (R,) bool
+    ends : (R,) float64
+        Parameter at the end of each row.
+
+    Returns
+    -------
+    start, stop : (n,) int64
+        First and last point of each cubic.
+    width : (n,) float64
+        Of its parameter.
+    """
     after = next_in_loop(offsets)
     owner = rows_of(offsets)
     start = np.flatnonzero(closed[owner] | (after > np.arange(len(owner))))
@@ -124,7 +188,21 @@ def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) ->
 
 
 def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Points (n, 3) and derivatives by the parameter (n, 3) at ``t`` (n,) from 0 to 1 of cubics in Hermite form."""
+    """Points and derivatives of Hermite cubics.
+
+    Parameters
+    ----------
+    p, q, dp, dq : (n, 3) float64
+        Points and derivatives by the parameter at both ends.
+    width : (n,) float64
+        Of the parameter.
+    t : (n,) float64
+        From 0 to 1.
+
+    Returns
+    -------
+    points, derivatives : (n, 3) float64
+    """
     t, width = t[:, None], width[:, None]
     s = 1.0 - t
     place = s * s * (1 + 2 * t) * p + t * t * (3 - 2 * t) * q + width * t * s * (s * dp - t * dq)
@@ -142,15 +220,24 @@ def sample_curves(
     *,
     step: Union[float, Floats],
 ) -> CurveSamples:
-    """Sample all rows so that no two samples are further than ``step`` apart; the rows' points are among them.
+    """Sample all rows; the rows' own points are among the samples.
 
-    The step may be one for all, or one for each cubic of `span_ends`.
+    Parameters
+    ----------
+    points : (N, 3) float64
+    derivatives, parameters, offsets, closed, ends
+        As of `fit_splines` and its result.
+    step : float or (n,) float64
+        Greatest distance between two samples, for all or for each cubic of `span_ends`.
+
+    Returns
+    -------
+    CurveSamples
     """
     start, stop, reach = span_ends(parameters, offsets, closed, ends)
-    # A cubic through smooth data is little longer than its chord; the rest is room.
-    pieces = np.maximum(np.ceil(1.2 * reach / step), 1).astype(np.int64)
+    pieces = np.maximum(np.ceil(_LENGTH_OF_CHORD * reach / step), 1).astype(np.int64)
     span = np.repeat(np.arange(len(start)), pieces)
-    nth = np.arange(len(span)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    nth = ranks_in_rows(pieces)
     part = 1.0 / pieces[span]
 
     def curve(span: Ints, t: Floats) -> tuple[Floats, Floats]:
@@ -180,19 +267,26 @@ def sample_curves(
     return CurveSamples(sample_offsets, place, slope / np.maximum(size, np.finfo(float).tiny), stations, is_given)
 
 
-# ----------------------------------------------------------------------
-# Curvature along sampled curves, as a mean over a window of arc length: at a point it would tell of noise.
-
-_STRAIGHT = 1e-9
-"""A curve that turns by less than this over its length is straight."""
-
-
 def mean_curvature(samples: CurveSamples, closed: Bools, window: float) -> tuple[Floats, Floats]:
-    """Mean curvature over the window that begins at each sample, and the station of its middle.
+    """Mean curvature over a window of arc length from each sample on.
 
-    The mean is of magnitudes: what bends one way does not make good what bends the other.
-    At the end of an open curve the window is moved back; on a curve shorter than the window it is
-    the curve.
+    The mean is of magnitudes: bending one way does not cancel bending the other.  At the end of an open curve the
+    window is moved back; on a curve shorter than the window it is the curve.  At a single point the curvature would
+    show noise.
+
+    Parameters
+    ----------
+    samples : CurveSamples
+    closed : (R,) bool
+    window : float
+        Arc length.
+
+    Returns
+    -------
+    curvature : (N,) float64
+        One over a length.
+    station : (N,) float64
+        Middle of the window.
     """
     row = rows_of(samples.offsets)
     last = samples.offsets[1:] - 1
@@ -214,7 +308,19 @@ def mean_curvature(samples: CurveSamples, closed: Bools, window: float) -> tuple
 
 
 def points_at_stations(samples: CurveSamples, curve: Ints, station: Floats) -> Floats:
-    """Points (n, 3) at stations along the given curves."""
+    """Points at stations along curves, linear between samples.
+
+    Parameters
+    ----------
+    samples : CurveSamples
+    curve : (n,) int64
+    station : (n,) float64
+        Arc length from the start of the curve.
+
+    Returns
+    -------
+    (n, 3) float64
+    """
     columns = [_interpolate(samples, samples.points[:, k], curve, station) for k in range(3)]
     points: Floats = np.stack(columns, axis=1)
     return points

@@ -2,12 +2,12 @@
 
 1. The mesh, opened along its cuts, is cut along the boundary curves of the bands (`band_boundaries`, `geometry.cut`).
    What the curves leave of a face are *cells*.
-2. Cells become triangles, by their number of sides:
+2. CellComplex become triangles, by their number of sides:
 
        3 or 4             more                     a side with many marks          folded (a curve turns back)
        ┌──────┐           ┌──────┐                 ┌┬┬┬┬┬┬┐                        ear clipping of the polygon
        │    ╱ │ diagonal  │ ╲  ╱ │ fan about the   rows that halve from the        (`triangulate_polygon`)
-       │ ╱    │           │ ╱  ╲ │ centroid        crowded side on (`lay_ladder`)
+       │ ╱    │           │ ╱  ╲ │ centroid        crowded side on (`triangulate_crowded_side`)
        └──────┘           └──────┘
 
 3. A vertex on a curve between two bands becomes one in each, so bands share nothing.
@@ -27,8 +27,8 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.bisection import bisect_edges, bisect_long_edges
-from weavecore.geometry.cut import NONE, Cells, cut_along
-from weavecore.geometry.triangulate2d import LEAST_CROWD, lay_ladder, triangulate_polygon
+from weavecore.geometry.cut import NONE, CellComplex, cut_along
+from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side, triangulate_polygon
 from weavecore.linking.band_boundaries import BandBoundaries, OpenMesh, open_mesh, trace_band_boundaries
 from weavecore.linking.free_borders import FreeBorderNodes, PolylineEnd
 from weavecore.model.latitudes import Latitudes
@@ -133,7 +133,9 @@ def _refined(mesh: BandMesh, points: Floats, triangles: Ints, origin: Ints) -> B
     return BandMesh(points, triangles, mesh.band[origin], copy, mesh.copy_band, mesh.copy_node)
 
 
-def _curves_of_sides(latitudes: Latitudes, boundaries: BandBoundaries, cells: Cells, sides: Ints) -> tuple[Ints, Ints]:
+def _curves_of_sides(
+    latitudes: Latitudes, boundaries: BandBoundaries, cells: CellComplex, sides: Ints
+) -> tuple[Ints, Ints]:
     """For each side its boundary curve, and the piece of the mesh that lies on it."""
     bands = latitudes.bands
     is_ring = boundaries.polyline != NONE
@@ -147,7 +149,7 @@ def _curves_of_sides(latitudes: Latitudes, boundaries: BandBoundaries, cells: Ce
 
 
 def _triangulate(
-    mesh: OpenMesh, boundaries: BandBoundaries, cells: Cells, band_of_piece: Ints
+    mesh: OpenMesh, boundaries: BandBoundaries, cells: CellComplex, band_of_piece: Ints
 ) -> tuple[Floats, Ints, Ints]:
     """Points, triangles and the band of each triangle: whole faces, small cells, and large cells."""
     points = np.concatenate([mesh.vertices, boundaries.points])
@@ -161,18 +163,18 @@ def _triangulate(
     return np.concatenate([points, large_points]), triangles, band
 
 
-def _side_counts(cells: Cells) -> Ints:
+def _side_counts(cells: CellComplex) -> Ints:
     return np.bincount(cells.part_cell, minlength=len(cells.cell_piece))
 
 
-def _a_part_of_each(cells: Cells) -> Ints:
+def _a_part_of_each(cells: CellComplex) -> Ints:
     """(C,) the last part of each cell."""
     part = np.empty(len(cells.cell_piece), np.int64)
     part[cells.part_cell] = np.arange(len(cells.part_cell))
     return part
 
 
-def _small_cells(cells: Cells, band_of_piece: Ints) -> tuple[Ints, Ints]:
+def _small_cells(cells: CellComplex, band_of_piece: Ints) -> tuple[Ints, Ints]:
     """Triangles (t, 3) of the cells of three or four sides in wanted bands, and the cell of each."""
     n_sides = _side_counts(cells)
     cell = np.flatnonzero((band_of_piece[cells.cell_piece] != NONE) & (n_sides <= _MOST_SIDES_OF_SMALL))
@@ -209,7 +211,7 @@ class _Fans:
     is_folded: Bools
 
 
-def _fans_of(cells: Cells, points: Floats, band_of_piece: Ints) -> _Fans:
+def _fans_of(cells: CellComplex, points: Floats, band_of_piece: Ints) -> _Fans:
     is_large = (band_of_piece[cells.cell_piece] != NONE) & (_side_counts(cells) > _MOST_SIDES_OF_SMALL)
     cell = np.flatnonzero(is_large)
     part = np.flatnonzero(is_large[cells.part_cell])
@@ -227,14 +229,14 @@ def _sum_by(group: Ints, vectors: Floats, n: int) -> Floats:
     return np.stack([np.bincount(group, vectors[:, k], minlength=n) for k in range(3)], axis=1)
 
 
-def _large_cells(cells: Cells, points: Floats, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
+def _large_cells(cells: CellComplex, points: Floats, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
     """More points, triangles (t, 3) and the cell of each: fans, but rows or polygons where fans would be poor."""
     fans = _fans_of(cells, points, band_of_piece)
     n_sides, first = _side_counts(cells)[fans.cell], _a_part_of_each(cells)[fans.cell]
     is_fan = np.ones(len(fans.cell), bool)
     more, triangles, cell = [fans.centroid], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
     n_points = len(points) + len(fans.centroid)
-    for k in np.flatnonzero(fans.is_folded | (n_sides >= LEAST_CROWD + 2)).tolist():
+    for k in np.flatnonzero(fans.is_folded | (n_sides >= MIN_CROWD + 2)).tolist():
         corners = _corners_of(cells, int(first[k]), int(n_sides[k]))
         normal = fans.normal[k] if fans.is_folded[k] else None
         found = _rows_or_polygon(points[corners], normal)
@@ -254,14 +256,14 @@ def _large_cells(cells: Cells, points: Floats, band_of_piece: Ints) -> tuple[Flo
 
 def _rows_or_polygon(polygon: Floats, normal: Optional[Floats]) -> Optional[tuple[Floats, Ints]]:
     """New points and triangles of a polygon with one crowded side, or if it has none of one with a ``normal``."""
-    rows = lay_ladder(polygon)
+    rows = triangulate_crowded_side(polygon)
     if rows is not None:
         return rows.points, rows.triangles
     parts = None if normal is None else triangulate_polygon(polygon, normal)
     return None if parts is None else (np.zeros((0, 3)), parts)
 
 
-def _corners_of(cells: Cells, first: int, count: int) -> Ints:
+def _corners_of(cells: CellComplex, first: int, count: int) -> Ints:
     """The corners of a cell in its order, from where one of its parts starts."""
     part, parts = first, []
     for _ in range(count):

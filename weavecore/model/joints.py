@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, frozen, rows_of
+from weavecore.geometry.arrays import Floats, Ints, frozen, ranks_in_rows, rows_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class Joints:
         """(C, 3) node, strand that lies over and strand that lies under, for every pair of rods at a joint."""
         counts = np.diff(self.offsets)
         above = np.repeat(np.arange(len(self.visit)), self.rank)
-        nth = np.arange(len(above)) - np.repeat(np.cumsum(self.rank) - self.rank, self.rank)
+        nth = ranks_in_rows(self.rank)
         below = self.offsets[:-1][self.joint[above]] + nth
         rows: Ints = np.stack([self.node[self.joint[above]], self.strand[above], self.strand[below]], axis=1)
         return rows if counts.size else np.zeros((0, 3), np.int64)

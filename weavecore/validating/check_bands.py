@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from weavecore.geometry.arrays import Ints, rows_of
+from weavecore.geometry.arrays import Ints, ranges, rows_of
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 from weavecore.validating.band_boundaries import find_band_boundaries, origins_along_borders
@@ -92,8 +92,7 @@ def _pairs_of_bands(latitudes: Latitudes) -> Ints:
     band = rows_of(bands.offsets)
     partners = (last - first)[band]
     a = np.repeat(np.arange(len(band)), partners)
-    rank = np.arange(len(a)) - np.repeat(np.cumsum(partners) - partners, partners)
-    b = first[band[a]] + rank
+    b = ranges(first[band], partners)
     related = bands.is_parent[a] & ~bands.is_parent[b]
     pairs: Ints = np.unique(bands.polyline[a[related]] * n + bands.polyline[b[related]])
     return pairs

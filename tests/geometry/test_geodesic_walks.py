@@ -52,7 +52,7 @@ def test_a_place_along_a_walk_is_as_far_as_asked(disc):
     assert weights.min() > 0
 
 
-def test_a_wall_blocks_and_the_way_ends_on_it(disc):
+def test_a_boundary_halfedge_blocks_and_the_walk_ends_on_it(disc):
     walks, _, _ = walks_from_the_middle(disc, 3.0)
     assert walks.is_blocked.all()
     last = walks.offsets[1:] - 1

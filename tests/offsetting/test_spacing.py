@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tough_surfaces import TOUGH
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.level_sets import offset_levels
-from weavecore.offsetting.spacing import round_friendly, spacing_for_edges, suggest_spacing
+from weavecore.offsetting.spacing import round_length, spacing_for_edges, suggest_spacing
 from woven_tube import tube_surface
 
 
@@ -59,7 +59,7 @@ def test_the_spacing_grows_with_the_surface(power: int) -> None:
 
 @given(st.floats(1e-9, 1e9))
 def test_round_numbers_are_near_and_short(length: float) -> None:
-    friendly = round_friendly(length)
+    friendly = round_length(length)
     assert 1 / 1.16 < friendly / length < 1.16
     assert len(f"{friendly:e}".split("e")[0].rstrip("0").rstrip(".")) <= 3
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.offsetting.distance.ray_seeds import grade_of, places_along
+from weavecore.offsetting.distance.ray_seeds import places_along, thinning_priority
 
 
 def two_loops() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -37,5 +37,5 @@ def test_the_numbers_stay_with_the_points_when_these_are_renumbered() -> None:
 
 
 def test_every_other_place_has_the_least_grade() -> None:
-    assert grade_of(np.arange(1, 9)).tolist() == [0, 1, 0, 2, 0, 1, 0, 3]
-    assert grade_of(np.array([0]))[0] > grade_of(np.array([1 << 39]))[0]
+    assert thinning_priority(np.arange(1, 9)).tolist() == [0, 1, 0, 2, 0, 1, 0, 3]
+    assert thinning_priority(np.array([0]))[0] > thinning_priority(np.array([1 << 39]))[0]

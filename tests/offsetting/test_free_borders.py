@@ -1,4 +1,4 @@
-"""Levels from chosen origins: against distances that are known, and cut open by selvedges as they should be."""
+"""Levels from chosen origins: against distances that are known, and cut open by free borders."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_hole, 
 from weavecore.errors import BadIndex
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model import Origins, SurfaceMesh
-from weavecore.offsetting.distance.reflected_double import glue_mirror
+from weavecore.offsetting.distance.reflected_double import reflected_double
 from weavecore.offsetting.distance.solver import measure_distance
-from weavecore.offsetting.isolines.extract import drop_shallow, trace_latitudes
+from weavecore.offsetting.isolines.extract import prune_beside_free_borders, trace_latitudes
 from weavecore.offsetting.level_sets import offset_levels
 
 HELD_OFF = 2e-4 * EDGE
@@ -124,7 +124,7 @@ def test_the_order_of_chosen_origins_is_that_of_generation_0():
 
 def test_glued_to_its_mirror_a_surface_keeps_walls_at_its_origins_alone():
     surface = from_hole()
-    vertex, faces, twins = glue_mirror(surface)
+    vertex, faces, twins = reflected_double(surface)
     assert np.array_equal(faces[: surface.n_faces], surface.faces)
     tail, head = vertex[faces].ravel(), vertex[faces[:, [1, 2, 0]]].ravel()
     inner = twins != NO_TWIN
@@ -139,7 +139,7 @@ def test_a_line_right_before_the_far_side_is_left_out():
     field = measure_distance(surface)
     spacing = (COLUMNS / 8 - 0.02) * EDGE
     traced = trace_latitudes(surface, field, spacing=spacing)
-    kept = drop_shallow(traced)
+    kept = prune_beside_free_borders(traced)
     assert len(traced) == 9
     assert len(kept) == 8
     assert kept.bands.euler.tolist() == [1] * 8

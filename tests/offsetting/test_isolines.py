@@ -11,7 +11,7 @@ from weavecore.errors import SpacingTooLarge, TooMuchWork
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
 from weavecore.offsetting.isolines.extract import trace_latitudes
-from weavecore.offsetting.spacing import Ladder
+from weavecore.offsetting.spacing import LevelSchedule
 from weavecore.tolerances import LEVEL_FROM_VERTEX
 from weavecore.validating import validate
 
@@ -159,7 +159,7 @@ def test_rounding_does_not_tear_a_level_through_vertices():
 
 
 def test_distances_are_compared_with_levels_as_people_would():
-    assert Ladder.of(0.1).count_below(np.array([0.3, 0.6, 0.7, 0.2999])).tolist() == [3, 6, 7, 2]
+    assert LevelSchedule.of(0.1).levels_below(np.array([0.3, 0.6, 0.7, 0.2999])).tolist() == [3, 6, 7, 2]
 
 
 def test_an_edge_may_be_crossed_by_many_levels():

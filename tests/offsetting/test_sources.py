@@ -55,7 +55,7 @@ def test_a_closed_surface_has_no_border_to_choose() -> None:
 
 @pytest.mark.parametrize("chosen", [{"borders": []}, {"curves": []}, {"borders": np.zeros(0, int), "curves": []}])
 def test_an_empty_choice_is_refused(chosen) -> None:
-    with pytest.raises(Unsupported, match="Nothing is chosen"):
+    with pytest.raises(Unsupported, match="No border or curve chosen"):
         start_at(tube_surface(), **chosen)
 
 
@@ -71,7 +71,7 @@ def test_borders_come_in_anything_that_lists_whole_numbers(wrap, numbers) -> Non
     "chosen", [0, 1, "0", ["0"], [0.0], [None], [[0]], [float("nan")], [True], np.array([True, False])]
 )
 def test_borders_that_are_no_whole_numbers_are_refused(chosen) -> None:
-    with pytest.raises(BadIndex, match="no list of whole numbers"):
+    with pytest.raises(BadIndex, match="must be a list of integers"):
         start_at(tube_surface(), borders=chosen)
 
 
@@ -89,7 +89,7 @@ def test_curves_come_in_anything_that_lists_them(wrap) -> None:
     ("curves", "told"),
     [
         (3, "int is not a list of curves"),
-        (ring(1.3), r"shape \(3,\) is no curve \(curve 0\)"),
+        (ring(1.3), r"got \(3,\)\) \(curve 0\)"),
         ([ring(1.3), "waist"], r"str is not a curve \(curve 1\)"),
     ],
 )
@@ -148,10 +148,10 @@ def test_curves_that_split_the_same_border_leave_its_number_and_each_other() -> 
     [
         (None, [ring(1.0), ring(1.0)], r"touches another origin.*\(curve 1\)"),
         (None, [ring(2.0), lengthwise(4)], r"crosses or touches another origin.*\(curve 1\)"),
-        ([1], [lengthwise(4)], r"touches border 1, at which distances start too \(curve 0\)"),
+        ([1], [lengthwise(4)], r"touches border 1, from which distances also start \(curve 0\)"),
         ([0], [ring(0.0)], r"touches border 0"),
         (None, [ring(1.0), ring(1.0) * 2], r"1 off the surface.*\(curve 1\)"),
-        (None, [[[0, 0, 0], [1, 1]]], r"no rows of numbers \(curve 0\)"),
+        (None, [[[0, 0, 0], [1, 1]]], r"must be rows of numbers \(curve 0\)"),
     ],
 )
 def test_curves_that_cannot_be_origins_are_told_by_their_number(borders, curves, told) -> None:
@@ -166,7 +166,7 @@ def test_a_component_without_an_origin_is_refused() -> None:
         vertices=np.concatenate([tube.vertices, tube.vertices + np.array([9, 0, 0])]),
         faces=np.concatenate([tube.faces, tube.faces + tube.n_vertices]),
     )
-    with pytest.raises(Unsupported, match="A component on which none of the borders and curves lies"):
+    with pytest.raises(Unsupported, match="A component without any of the borders and curves"):
         refuse_closed(start_at(two, curves=[ring(1.0)]))
     refuse_closed(start_at(two, borders=[2], curves=[ring(1.0)]))
 

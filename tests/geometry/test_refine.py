@@ -271,15 +271,15 @@ def test_lengths_below_rounding_are_refused():
 def test_edges_of_just_the_longest_length_do_not_stall_it(width, longest):
     vertices, faces = half_square(width, 4.0)
     every = np.ones(6, bool)
-    fine = refine_faces(vertices, faces, longest=longest, yielding=every)
+    fine = refine_faces(vertices, faces, longest=longest, splittable=every)
     tail, head = halfedge_ends(fine.faces)
     assert np.linalg.norm(fine.vertices[head] - fine.vertices[tail], axis=1).max() <= longest
 
 
-def test_yielding_edges_of_the_border_are_cut_and_stay_straight_and_others_stay_whole():
+def test_splittable_edges_of_the_border_are_cut_and_stay_straight_and_others_stay_whole():
     vertices, faces = half_square(8.0, 4.0)
-    yielding = np.array([True, True, False, False, True, False])  # all of the border but the left side
-    fine = refine_faces(vertices, faces, longest=0.3, yielding=yielding)
+    splittable = np.array([True, True, False, False, True, False])  # all of the border but the left side
+    fine = refine_faces(vertices, faces, longest=0.3, splittable=splittable)
     loop = border_loops(fine.faces, find_twins(fine.faces, len(fine.vertices)))[0]
     rim = fine.vertices[loop]
     on_rectangle = (np.abs(rim[:, 0]) < 1e-12) | (rim[:, 0] == 8) | (rim[:, 1] == 0) | (rim[:, 1] == 4)

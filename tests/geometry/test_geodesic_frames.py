@@ -25,7 +25,7 @@ def test_frames_place_the_apex_where_it_is_in_space(disc):
 
 
 def test_angles_around_inner_vertices_of_a_plane_are_a_full_turn(disc):
-    inner = ~disc.on_wall
+    inner = ~disc.on_boundary
     np.testing.assert_allclose(disc.total_angle[inner], 2 * np.pi, atol=1e-9)
 
 
@@ -47,7 +47,7 @@ def test_walks_in_a_plane_are_straight_segments(disc):
     np.testing.assert_allclose(weights.sum(1), 1.0)
 
 
-def test_walks_stop_short_at_walls(disc):
+def test_walks_stop_short_at_boundary_halfedges(disc):
     start = inner_edges(disc)[:20]
     arrived = walk_straight(disc, start, disc.length[start] / 2, np.zeros(20), np.ones(20), np.full(20, 3.0))[5]
     assert not arrived.any()
