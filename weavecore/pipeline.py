@@ -14,13 +14,13 @@ from weavecore.fabricating.summary import Fabrication, describe_fabrication
 from weavecore.fabricating.table import Source
 from weavecore.fabricating.workshop import Workshop
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
-from weavecore.linking.derived import link_pattern
+from weavecore.linking.derived import link_pattern, spacing_for_edges
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.fronts.method import offset_fronts
 from weavecore.offsetting.ladder import Spacing
 from weavecore.offsetting.levels import offset_levels
 from weavecore.offsetting.starting import start_at
-from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
+from weavecore.offsetting.suggestion import suggest_spacing
 from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.result_file import read_weave
 from weavecore.units import millimetres_in
@@ -118,8 +118,9 @@ def link(
     ----------
     latitudes : Latitudes
     edge_length : float, optional
-        Length of an edge that is aimed at, in the model's unit; where it is not given, the one
-        that makes the pattern's faces regular at the spacing of the latitudes.
+        Length that the edges along the latitudes come near to, in the model's unit: those of the triangular lattice
+        from which a hexagonal, kagome or diagonal one is made.  By default the one that makes equilateral triangles,
+        or squares, at the spacing of the latitudes.
     pattern : str
         ``"triangular"``, ``"quad"``, ``"plain"``, ``"twill"``, ``"hexagonal"``, ``"kagome"`` or ``"diagonal"``.
     progress : callable, optional

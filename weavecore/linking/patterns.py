@@ -20,7 +20,8 @@ class Pattern:
     ----------
     name : str
     edge_per_spacing : float
-        The edge length that goes best with a spacing, where none is asked for.
+        The edge length that goes best with a spacing, over that spacing: it gives either where only the other is
+        asked for.
     child_sits : float
         Where a child's node sits above an edge of its parent: 0.5 above the middle, 0 in
         line with a node.

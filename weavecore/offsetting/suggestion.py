@@ -67,11 +67,6 @@ def _mean_radius(surface: SurfaceMesh, area: float) -> float:
     return area / bend if bend > 0 else math.inf
 
 
-def spacing_for_edges(edge_length: float) -> float:
-    """The spacing at which edges of that length make equilateral triangles: the height of one."""
-    return edge_length * math.sqrt(3) / 2
-
-
 def round_friendly(length: float) -> float:
     """The number nearest in proportion among 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and their decimal multiples."""
     exponent = math.floor(math.log10(length))

@@ -41,7 +41,11 @@ def read_mesh_file(path: PathLike) -> RawMesh:
         raw = MESH_READERS[file.suffix.lower()](data)
     except WeaveError:
         raise
-    except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:
+    except MemoryError as error:
+        raise TooMuchWork(
+            f"The memory does not suffice to read {path}", remedy="Export the surface with fewer faces, or by itself."
+        ) from error
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise Unreadable(f"{path} is damaged ({error})", remedy="Export the file again.") from error
     if len(raw.faces) == 0:
         raise NoSurface(
