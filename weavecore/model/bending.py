@@ -26,7 +26,8 @@ class Bending:
         Arc length from the start of the strand to the middle of the sharpest bend.
     point_at_min : (S, 3) float64
     utilisation : (S,) float64
-        Least admissible radius over least radius; above 1 the rod is bent too sharply.
+        Bending stress over the allowable stress, which is the strength divided by the safety factor of the material:
+        least admissible radius over least radius.  Above 1 the allowable stress is exceeded.
     largest_diameter : (S,) float64
         The thickest rod that would bear the same bend.
     """
