@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -165,8 +167,10 @@ def test_a_child_that_tells_more_than_is_taken_is_ended_with_the_call():
         time.sleep(0.5)  # Meanwhile the pipe and the queue fill.
         raise KeyboardInterrupt
 
+    before = threading.active_count()
     with pytest.raises(KeyboardInterrupt):
         call_guarded(misbehaving.flood, progress=cancel)
+    assert threading.active_count() == before
 
 
 def test_a_larger_file_gets_more(tmp_path):
@@ -257,6 +261,13 @@ def marks(folder: Path) -> list[str]:
 
 
 def test_nothing_in_the_current_folder_is_run(folder):
+    assert read_surface("square.obj", guarded=True).n_faces == 2
+    assert marks(folder) == []
+
+
+def test_nothing_beside_the_package_is_run_where_that_is_the_current_folder(folder, monkeypatch):
+    shutil.copytree(ROOT / "weavecore", folder / "weavecore")
+    monkeypatch.setattr(guarded, "__file__", str(folder / "weavecore" / "reading" / Path(guarded.__file__).name))
     assert read_surface("square.obj", guarded=True).n_faces == 2
     assert marks(folder) == []
 
