@@ -74,6 +74,7 @@ def answer_wrongly(way: str, *, progress: Any) -> None:
     answers = {
         "length": struct.pack("<cIQ", b"R", 4, 2**62) + b"null",
         "pickle": pickle.dumps((b"R", "result")),
+        "restart": struct.pack("<cIQ", b"S", 4, 0) + b"null",
         "short": struct.pack("<cIQ", b"R", 100, 0) + b"null",
     }
     descriptor = next(i for i in range(3, 20) if _is_pipe(i))

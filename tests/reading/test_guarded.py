@@ -102,6 +102,13 @@ def test_an_interpreter_that_cannot_start_is_not_a_damaged_file(monkeypatch, tmp
     assert "damaged" not in str(caught.value)
 
 
+def test_a_child_that_is_not_ready_in_time_is_not_a_damaged_file(monkeypatch):
+    monkeypatch.setattr(guarded, "_START_SECONDS", 0.01)
+    with pytest.raises(Unreadable, match="could not be started") as caught:
+        call_guarded(misbehaving.well, 5)
+    assert "damaged" not in str(caught.value)
+
+
 def test_a_child_without_numpy_says_so(monkeypatch, tmp_path):
     (tmp_path / "numpy.py").write_text("raise ImportError('NumPy is for another Python')")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -109,7 +116,7 @@ def test_a_child_without_numpy_says_so(monkeypatch, tmp_path):
         call_guarded(misbehaving.well, 5)
 
 
-@pytest.mark.parametrize("way", ["length", "pickle"])
+@pytest.mark.parametrize("way", ["length", "pickle", "restart"])
 def test_a_faulty_answer_is_refused(way):
     with pytest.raises(Unreadable, match="faulty answer"):
         call_guarded(misbehaving.answer_wrongly, way)

@@ -68,7 +68,7 @@ _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM
 _LESS_MEMORY = "Give a longer edge target, a simpler surface, or a time limit, which allows more memory as well."
 _RUN_AGAIN = "Run it again; if that fails as well, open the file in Rhino, repair it there and save it again."
 
-_START_SECONDS = 40.0  # A cold start on a slow disk imports NumPy and SciPy in up to 20 s.
+_START_SECONDS = 40.0  # NumPy and SciPy may have to come from a slow disk, on a machine that is busy.
 _END_SECONDS = 5.0  # A child that has closed its messages ends at once.
 _LONGEST_SECONDS = 30 * 24 * 3600.0  # Clocks and locks take no more than some weeks on all platforms.
 _MEGABYTE = 2**20
@@ -259,11 +259,13 @@ class _Conversation:
                 return message
             if message.kind == _ERROR:
                 raise _error_from(*_fields(message, str, str, str, (tuple, np.ndarray), str))
-            if message.kind == _STARTED:
+            if message.kind == _PROGRESS:
+                self._tell(*_fields(message, float, str))
+            elif self._is_started:
+                raise Malformed("a second start, which would put the end off")
+            else:
                 self._is_started, self._started = True, time.monotonic()
                 self._deadline = self._started + self._limits.reading_seconds
-            else:
-                self._tell(*_fields(message, float, str))
 
     def _tell(self, share: float, label: str) -> None:
         in_all = _slower() * self._limits.n_objects * self._limits.seconds
@@ -317,6 +319,8 @@ class _Conversation:
             self._last_words = (self._last_words + words)[-_MOST_WORDS:]
 
     def _too_slow(self) -> WeaveError:
+        if not self._is_started:
+            return _not_started(f"it was not ready after {_START_SECONDS:.0f} seconds")
         if self._is_read:
             return TooMuchWork(
                 f"The surface takes longer than {self._limits.seconds:.0f} seconds",

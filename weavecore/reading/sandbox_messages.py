@@ -32,7 +32,7 @@ BEGIN = b"\nweavecore messages begin\n"
 """The line that comes before the first message; what the interpreter or a library prints before it is skipped."""
 
 MOST_TEXT = 64 * 2**20
-"""Most bytes of text in a message: the report of a file of 100,000 objects takes 30 MB."""
+"""Most bytes of text in a message: the report of a file of 100,000 objects takes 35 MB."""
 
 _HEAD = struct.Struct("<cIQ")
 _PIECE = 2**20  # So many bytes are asked for at once.
