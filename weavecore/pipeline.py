@@ -19,12 +19,12 @@ from weavecore.fabricating.workshop_folder import (
     fabricate_weave,
 )
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
-from weavecore.linking.link import link_pattern
+from weavecore.linking.link import link_pattern, spacing_for_edges
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
-from weavecore.offsetting.spacing import Spacing, spacing_for_edges, suggest_spacing
+from weavecore.offsetting.spacing import Spacing, suggest_spacing
 from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.formats.result_json import read_weave
 from weavecore.units import millimetres_in
@@ -122,8 +122,9 @@ def link(
     ----------
     latitudes : Latitudes
     edge_length : float, optional
-        Length of an edge that is aimed at, in the model's unit; where it is not given, the one
-        that makes the pattern's faces regular at the spacing of the latitudes.
+        Length that the edges along the latitudes come near to, in the model's unit: those of the triangular lattice
+        from which a hexagonal, kagome or diagonal one is made.  By default the one that makes equilateral triangles,
+        or squares, at the spacing of the latitudes.
     pattern : str
         ``"triangular"``, ``"quad"``, ``"plain"``, ``"twill"``, ``"hexagonal"``, ``"kagome"`` or ``"diagonal"``.
     progress : callable, optional

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tough_surfaces import TOUGH
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.level_sets import offset_levels
-from weavecore.offsetting.spacing import round_length, spacing_for_edges, suggest_spacing
+from weavecore.offsetting.spacing import round_length, suggest_spacing
 from woven_tube import tube_surface
 
 
@@ -62,10 +62,6 @@ def test_round_numbers_are_near_and_short(length: float) -> None:
     friendly = round_length(length)
     assert 1 / 1.16 < friendly / length < 1.16
     assert len(f"{friendly:e}".split("e")[0].rstrip("0").rstrip(".")) <= 3
-
-
-def test_equilateral_triangles_are_as_high_as_the_spacing() -> None:
-    assert spacing_for_edges(2.0) == pytest.approx(3**0.5)
 
 
 def test_rings_do_not_jump_across_a_deep_thin_tube() -> None:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import signal
+import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -10,16 +15,12 @@ import numpy as np
 import pytest
 
 import misbehaving
-from weavecore.errors import NonManifold, TooMuchWork, Unreadable
-from weavecore.reading import inspect_file, read_surface
+from weavecore.errors import NonManifold, TooMuchWork, Unreadable, Unsupported
+from weavecore.reading import inspect_file, read_surface, sandbox
 from weavecore.reading.sandbox import Limits, call_guarded, limits_for, limits_for_all
+from weavecore.units import Length
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="the platform sets no limits on memory and processor time")
-
-
-@pytest.fixture(autouse=True)
-def _findable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(Path(misbehaving.__file__).parent))
 
 
 def test_the_result_and_the_progress_are_handed_over():
@@ -33,6 +34,11 @@ def test_what_libraries_print_does_not_disturb():
     assert call_guarded(misbehaving.noisily) == "heard"
 
 
+def test_what_is_printed_before_the_first_message_does_not_disturb(monkeypatch):
+    monkeypatch.setattr(sandbox, "_START", "import os; os.write(1, b'hello' * 300_000)\n" + sandbox._START)
+    assert call_guarded(misbehaving.noisily) == "heard"
+
+
 def test_a_refusal_keeps_its_kind_and_its_ids():
     with pytest.raises(NonManifold, match="Two sheets touch") as caught:
         call_guarded(misbehaving.refuse)
@@ -41,14 +47,91 @@ def test_a_refusal_keeps_its_kind_and_its_ids():
     assert caught.value.remedy == "Pull them apart."
 
 
+def test_a_refusal_of_a_million_faces_keeps_all_their_ids():
+    with pytest.raises(NonManifold, match="1000000 in all") as caught:
+        call_guarded(misbehaving.refuse_many, 1_000_000)
+    assert caught.value.ids == tuple(range(1_000_000))
+
+
+def test_ids_that_are_not_numbers_come_as_texts():
+    with pytest.raises(NonManifold, match=r"\(layer Shell, 2\)") as caught:
+        call_guarded(misbehaving.refuse_layer)
+    assert caught.value.ids == ("Shell", "2")
+
+
 def test_any_other_error_makes_the_file_unreadable():
     with pytest.raises(Unreadable, match="ZeroDivisionError"):
         call_guarded(misbehaving.fail)
 
 
+def test_too_little_memory_is_not_a_damaged_file():
+    with pytest.raises(TooMuchWork, match="memory") as caught:
+        call_guarded(misbehaving.run_out_of_memory)
+    assert "damaged" not in str(caught.value)
+
+
+def test_a_library_that_is_missing_is_not_a_damaged_file():
+    with pytest.raises(Unreadable, match="No module named 'no_such_library'") as caught:
+        call_guarded(misbehaving.miss_a_library)
+    assert "damaged" not in str(caught.value)
+    assert sys.executable in caught.value.remedy
+
+
 def test_a_crash_of_the_child_leaves_the_parent_alive():
-    with pytest.raises(Unreadable, match="ended by itself"):
+    with pytest.raises(Unreadable, match=r"crashed .* probably damaged"):
         call_guarded(misbehaving.crash)
+
+
+@posix
+def test_a_child_that_is_killed_from_outside_is_not_a_damaged_file():
+    with pytest.raises(Unreadable, match=r"ended from outside \(SIGKILL\)") as caught:
+        call_guarded(misbehaving.be_killed, int(signal.SIGKILL))
+    assert "damaged" not in str(caught.value)
+
+
+def test_a_child_that_exits_is_not_a_damaged_file():
+    with pytest.raises(Unreadable, match=r"without a result \(exit status 3\)") as caught:
+        call_guarded(misbehaving.leave)
+    assert "damaged" not in str(caught.value)
+
+
+def test_an_interpreter_that_cannot_start_is_not_a_damaged_file(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
+    with pytest.raises(Unreadable, match="could not be started") as caught:
+        call_guarded(misbehaving.well, 5)
+    assert "damaged" not in str(caught.value)
+
+
+def test_a_child_that_is_not_ready_in_time_is_not_a_damaged_file(monkeypatch):
+    monkeypatch.setattr(sandbox, "_START_SECONDS", 0.01)
+    with pytest.raises(Unreadable, match="could not be started") as caught:
+        call_guarded(misbehaving.well, 5)
+    assert "damaged" not in str(caught.value)
+
+
+def test_a_child_without_numpy_says_so(monkeypatch, tmp_path):
+    (tmp_path / "numpy.py").write_text("raise ImportError('NumPy is for another Python')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(Unreadable, match=r"could not be started \(ImportError: NumPy is for another Python\)"):
+        call_guarded(misbehaving.well, 5)
+
+
+@pytest.mark.parametrize("way", ["length", "pickle", "restart"])
+def test_a_faulty_answer_is_refused(way):
+    with pytest.raises(Unreadable, match="faulty answer"):
+        call_guarded(misbehaving.answer_wrongly, way)
+
+
+def test_an_answer_that_breaks_off_is_refused():
+    with pytest.raises(Unreadable, match="without a result"):
+        call_guarded(misbehaving.answer_wrongly, "short")
+
+
+def test_only_classes_that_are_asked_for_are_made():
+    sent = call_guarded(misbehaving.length, classes=(Length,))
+    assert sent == Length(2.5, "Meters")
+    with pytest.raises(Unreadable, match="faulty answer"):
+        call_guarded(misbehaving.length)
 
 
 @posix
@@ -86,6 +169,17 @@ def test_raising_in_the_progress_ends_the_child():
         call_guarded(misbehaving.well, 5, progress=cancel)
 
 
+def test_a_child_that_tells_more_than_is_taken_is_ended_with_the_call():
+    def cancel(*_: object) -> None:
+        time.sleep(0.5)  # Meanwhile the pipe and the queue fill.
+        raise KeyboardInterrupt
+
+    before = threading.active_count()
+    with pytest.raises(KeyboardInterrupt):
+        call_guarded(misbehaving.flood, progress=cancel)
+    assert threading.active_count() == before
+
+
 def test_a_larger_file_gets_more(tmp_path):
     large = tmp_path / "large.3dm"
     with large.open("wb") as stream:
@@ -106,6 +200,13 @@ def test_a_file_of_ordinary_size_ends_in_ten_seconds_and_two_gigabytes_unless_mo
     assert limits_for(ordinary, is_fineness_asked=True).seconds > 60
     assert limits_for(ordinary, time_limit=30.0).seconds == 30.0
     assert limits_for(ordinary, time_limit=30.0).reading_seconds == 30.0
+
+
+def test_a_time_limit_may_be_infinite_but_must_be_a_number(tmp_path):
+    limits = limits_for(tmp_path / "missing.3dm", time_limit=float("inf"))
+    assert np.array_equal(call_guarded(misbehaving.well, 5, limits=limits), np.arange(5))
+    with pytest.raises(Unsupported, match="time limit of nan"):
+        limits_for(tmp_path / "missing.3dm", time_limit=float("nan"))
 
 
 def test_the_time_limit_is_of_elapsed_time():
@@ -145,3 +246,89 @@ def test_a_file_is_read_and_looked_at_in_a_process_of_its_own(tmp_path):
 def test_a_missing_file_is_refused_as_ever(tmp_path):
     with pytest.raises(Unreadable, match="does not exist"):
         read_surface(tmp_path / "missing.3dm", guarded=True)
+
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
+ROOT = Path(sandbox.__file__).resolve().parents[2]
+SHADOWS = ("queue", "numpy", "json", "struct", "weavecore", "rhino3dm", "scipy", "sitecustomize", "usercustomize")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder: a good file, and modules that leave a mark if they are run."""
+    monkeypatch.chdir(tmp_path)
+    Path("square.obj").write_text(SQUARE)
+    for name in SHADOWS:
+        Path(f"{name}.py").write_text(f"open('run_{name}', 'w').close()")
+    return tmp_path
+
+
+def marks(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.glob("run_*"))
+
+
+def test_nothing_in_the_current_folder_is_run(folder):
+    assert read_surface("square.obj", guarded=True).n_faces == 2
+    assert marks(folder) == []
+
+
+def test_nothing_beside_the_package_is_run_where_that_is_the_current_folder(folder, monkeypatch):
+    shutil.copytree(ROOT / "weavecore", folder / "weavecore")
+    monkeypatch.setattr(sandbox, "__file__", str(folder / "weavecore" / "reading" / Path(sandbox.__file__).name))
+    assert read_surface("square.obj", guarded=True).n_faces == 2
+    assert marks(folder) == []
+
+
+@pytest.mark.parametrize("entry", ["", ".", "{folder}", "{folder}/"])
+@pytest.mark.parametrize("named", ["", os.pathsep, "."])
+def test_the_child_does_not_look_in_the_current_folder_where_the_parent_does(folder, monkeypatch, entry, named):
+    monkeypatch.setenv("PYTHONPATH", named)
+    before = sandbox._search_path()
+    monkeypatch.setattr(sys, "path", [entry.format(folder=folder), *sys.path, entry.format(folder=folder)])
+    assert sandbox._search_path() == before
+    assert not {"", ".", str(folder)} & set(before)
+
+
+def test_the_current_folder_counts_where_pythonpath_names_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("brought_along.py").write_text("def read(*, progress):\n    return 'read'\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    import brought_along
+
+    with pytest.raises(Unreadable, match="No module named 'brought_along'"):
+        call_guarded(brought_along.read)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert call_guarded(brought_along.read) == "read"
+
+
+def test_the_current_folder_may_have_been_deleted(tmp_path, monkeypatch):
+    path = tmp_path / "square.obj"
+    path.write_text(SQUARE)
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert read_surface(path, guarded=True).n_faces == 2
+
+
+def test_the_child_looks_for_modules_where_the_parent_does(tmp_path, monkeypatch):
+    (tmp_path / "elsewhere.py").write_text("def read(*, progress):\n    return 'read'\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    import elsewhere
+
+    assert call_guarded(elsewhere.read) == "read"
+
+
+def test_a_good_file_is_read_where_only_the_parents_path_has_numpy(tmp_path):
+    """As in Grasshopper with ``# env:``, which appends to the path of a Python that has no packages of its own."""
+    (tmp_path / "square.obj").write_text(SQUARE)
+    bare = tmp_path / "bare"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(bare)], check=True)
+    python = next(path for path in (bare / "bin" / "python", bare / "Scripts" / "python.exe") if path.exists())
+    code = (
+        f"import sys; sys.path += {[str(ROOT), *filter(os.path.isdir, sys.path)]!r}\n"
+        "from weavecore import read_surface\n"
+        f"print(read_surface({str(tmp_path / 'square.obj')!r}, guarded=True).n_faces)"
+    )
+    done = subprocess.run([str(python), "-I", "-c", code], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("2\n", "")

@@ -307,6 +307,15 @@ class TestFiles:
         with pytest.raises(TooMuchWork):
             read_surface(put("a.obj", obj()))
 
+    def test_too_little_memory_is_not_a_damaged_file(self, put, monkeypatch):
+        def run_out_of_memory(data):
+            raise MemoryError
+
+        monkeypatch.setattr(mesh_files, "MESH_READERS", {".obj": run_out_of_memory})
+        with pytest.raises(TooMuchWork, match="memory does not suffice") as caught:
+            read_surface(put("a.obj", obj()))
+        assert "damaged" not in str(caught.value)
+
     def test_layers_and_objects_are_for_rhino_files(self, put):
         with pytest.raises(NoSurface):
             read_surface(put("a.obj", obj()), layer="Shell")

@@ -127,7 +127,7 @@ def _strip_quads(parent: Ints, child: Ints, apexes: Ints) -> Ints:
 
 
 def _child_fans(a: Ints, b: Ints, child: Ints, apexes: Ints, after: Ints, closing: Ints) -> Ints:
-    """CellComplex on the edges of the child that close no quad, about the node of the parent before or after them."""
+    """Cells on the edges of the child that close no quad, about the node of the parent before or after them."""
     m = len(child)
     i, k = _child_edges(apexes, after)
     before = k < closing[i]
@@ -143,7 +143,7 @@ def _child_fans(a: Ints, b: Ints, child: Ints, apexes: Ints, after: Ints, closin
 
 
 def _parent_fans(parent: Ints, child: Ints, apexes: Ints, rises: Bools) -> Ints:
-    """CellComplex on the edges of the parent that share one node of the child, counted from the last advance before them."""
+    """Cells on the edges of the parent that share one node of the child, counted from the last advance before them."""
     n = len(parent)
     edge = np.arange(n)
     since = edge - np.maximum.accumulate(np.where(np.tile(rises, 2), np.arange(2 * n), -1))[n:] % n

@@ -2,7 +2,7 @@
 
 1. The mesh, opened along its cuts, is cut along the boundary curves of the bands (`band_boundaries`, `geometry.cut`).
    What the curves leave of a face are *cells*.
-2. CellComplex become triangles, by their number of sides:
+2. Cells become triangles, by their number of sides:
 
        3 or 4             more                     a side with many marks          folded (a curve turns back)
        ┌──────┐           ┌──────┐                 ┌┬┬┬┬┬┬┐                        ear clipping of the polygon

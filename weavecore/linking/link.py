@@ -88,6 +88,29 @@ def known_pattern(name: str) -> str:
     return name
 
 
+def spacing_for_edges(edge_length: float, *, pattern: str = "triangular") -> float:
+    """The spacing that goes best with an edge length, where no spacing is asked for.
+
+    Parameters
+    ----------
+    edge_length : float
+        As in `link_pattern`.
+    pattern : str
+
+    Returns
+    -------
+    float
+        In the same unit: the height of an equilateral triangle of that edge, or the side of a square.
+
+    Raises
+    ------
+    Unsupported
+        Where there is no such pattern.
+    """
+    base = DERIVED[pattern].base if known_pattern(pattern) in DERIVED else pattern
+    return float(edge_length / PATTERNS[base].edge_per_spacing)
+
+
 def link_pattern(
     latitudes: Latitudes,
     *,

@@ -279,7 +279,7 @@ class _Strip:
 
     def regular_excess(self) -> float:
         """Excess of the advance over its target at every node if it is the same at all."""
-        return (self.projections.shape[1] - int(self.target.sum())) / len(self.target)
+        return float(self.projections.shape[1] - int(self.target.sum())) / len(self.target)
 
 
 @dataclass(frozen=True, eq=False)

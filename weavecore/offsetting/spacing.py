@@ -188,20 +188,6 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
     return round_length(max(wanted, min(SUGGESTED_EDGES_PER_SPACING * mean_edge, depth / MIN_GENERATIONS)))
 
 
-def spacing_for_edges(edge_length: float) -> float:
-    """Spacing at which edges of a length form equilateral triangles: their height, √3/2 of the edge.
-
-    Parameters
-    ----------
-    edge_length : float
-
-    Returns
-    -------
-    float
-    """
-    return edge_length * math.sqrt(3) / 2
-
-
 def round_length(length: float) -> float:
     """Number nearest in proportion among 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and their decimal multiples.
 

@@ -150,7 +150,8 @@ def inspect_file(
     """
     if guarded:
         limits = limits_for_all(path, time_limit=time_limit)
-        report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress)
+        classes = (FileReport, ObjectReport, CurveReport)
+        report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress, classes=classes)
         return report
     if is_rhino(path):
         return _inspect_document(path, open_document(path), progress or _no_progress)

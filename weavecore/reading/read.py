@@ -15,6 +15,7 @@ import numpy as np
 from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
 from weavecore.model import SurfaceMesh
+from weavecore.model.surface import Origins
 from weavecore.reading.choose import Names, choose_objects
 from weavecore.reading.formats.mesh_file import MESH_READERS, read_mesh_file
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject, open_document
@@ -92,9 +93,8 @@ def read_surface(
     options: dict[str, Any] = {"layer": layer, "object": object, **fineness, "progress": progress}
     if guarded:
         limits = limits_for(path, time_limit=time_limit, is_fineness_asked=edge_target is not None)
-        # What comes from another process is checked and frozen again.
-        surface: SurfaceMesh = replace(
-            call_guarded(_read_and_repair, path, cut_plane=cut_plane, limits=limits, **options)
+        surface: SurfaceMesh = call_guarded(
+            _read_and_repair, path, cut_plane=cut_plane, limits=limits, classes=(SurfaceMesh, Origins), **options
         )
     else:
         surface = _read_and_repair(path, cut_plane=cut_plane, **options)

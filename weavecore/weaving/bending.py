@@ -1,7 +1,7 @@
 """Bending: the least radius of every rod, and what its material says to it.
 
 A straight rod of diameter d that is bent to radius R carries the stress E·d / (2R), so it is
-admissible while R ≥ E·d / (2σ).
+admissible while R ≥ E·d / (2σ), where σ is the allowable stress: the strength divided by a safety factor.
 """
 
 from __future__ import annotations
