@@ -311,7 +311,7 @@ class TestFiles:
         def run_out_of_memory(data):
             raise MemoryError
 
-        monkeypatch.setattr(mesh_files, "MESH_READERS", {".obj": run_out_of_memory})
+        monkeypatch.setattr(mesh_file, "MESH_READERS", {".obj": run_out_of_memory})
         with pytest.raises(TooMuchWork, match="memory does not suffice") as caught:
             read_surface(put("a.obj", obj()))
         assert "damaged" not in str(caught.value)
