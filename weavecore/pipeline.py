@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
 from weavecore.errors import Unsupported
-from weavecore.exporting.product import StageValue
-from weavecore.exporting.registry import encode, writer_for
+from weavecore.exporting.product import Product, StageValue
+from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.plan import Workshop
 from weavecore.fabricating.workshop_folder import (
@@ -19,17 +19,17 @@ from weavecore.fabricating.workshop_folder import (
     fabricate_weave,
 )
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
-from weavecore.linking.link import link_pattern
+from weavecore.linking.link import link_pattern, spacing_for_edges
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
-from weavecore.offsetting.spacing import Spacing, spacing_for_edges, suggest_spacing
+from weavecore.offsetting.spacing import Spacing, suggest_spacing
 from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.formats.result_json import read_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
-from weavecore.viewing.page.document import encode_page
+from weavecore.viewing.page.html_page import encode_page
 from weavecore.viewing.picture import encode_picture
 from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface, describe_weave
 from weavecore.weaving.sequence import find_sequence
@@ -122,8 +122,9 @@ def link(
     ----------
     latitudes : Latitudes
     edge_length : float, optional
-        Length of an edge that is aimed at, in the model's unit; where it is not given, the one
-        that makes the pattern's faces regular at the spacing of the latitudes.
+        Length that the edges along the latitudes come near to, in the model's unit: those of the triangular lattice
+        from which a hexagonal, kagome or diagonal one is made.  By default the one that makes equilateral triangles,
+        or squares, at the spacing of the latitudes.
     pattern : str
         ``"triangular"``, ``"quad"``, ``"plain"``, ``"twill"``, ``"hexagonal"``, ``"kagome"`` or ``"diagonal"``.
     progress : callable, optional
@@ -221,13 +222,7 @@ def export_together(
     for done, path in enumerate(targets):
         if progress:
             progress(done / len(targets), f"writing {Path(path).name}")
-        if _ends_with(path, PICTURE):
-            contents[path] = encode_picture(value)
-        elif _ends_with(path, PAGE):
-            sequence = find_sequence(value) if isinstance(value, Weave) else None
-            contents[path] = encode_page(value, strands=strands, sequence=sequence)
-        else:
-            contents[path] = encode(value, path, strands=strands, parameters=parameters)
+        contents[path] = encode(value, path, strands=strands, parameters=parameters)
     write_together(contents, overwrite=overwrite)
 
 
@@ -240,8 +235,7 @@ def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
     """
     targets = list(paths)
     for path in targets:
-        if not _ends_with(path, PICTURE, PAGE):
-            writer_for(path)
+        writer_for(path)
     check_targets(targets, overwrite=overwrite)
 
 
@@ -272,7 +266,7 @@ def draw_picture(
     ------
     Unsupported, OutputExists, NotWritten
     """
-    if not _ends_with(path, PICTURE):
+    if Path(path).suffix.lower() != PICTURE:
         raise Unsupported(f"{path} has no ending of a picture", remedy=f"End the name with {PICTURE}.")
     check_targets([path], overwrite=overwrite)
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
@@ -350,5 +344,14 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
     return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)
 
 
-def _ends_with(path: PathLike, *endings: str) -> bool:
-    return Path(path).suffix.lower() in endings
+def _picture_of(product: Product) -> bytes:
+    return encode_picture(product.value)
+
+
+def _page_of(product: Product) -> bytes:
+    sequence = None if product.weave is None else find_sequence(product.weave)
+    return encode_page(product.value, strands=product.strands, sequence=sequence)
+
+
+register_writer(PICTURE, _picture_of)
+register_writer(PAGE, _page_of)

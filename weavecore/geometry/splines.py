@@ -1,9 +1,13 @@
-"""Cubic splines through many rows of points at once, fitted by SciPy.
+"""Cubic splines through many rows of points at once, sampling of them, and curvature along the samples.
 
-A *row* is one curve: points ``offsets[r]:offsets[r + 1]``.  The parameter is the length of the chords.
-An open spline has no curvature at its ends, as a rod has that is held at its points and free
-at its ends; a closed one goes around smoothly.  Between two points the curve is one cubic, known
-from the points and derivatives at its ends.
+A *row* is one curve: points ``offsets[r]:offsets[r + 1]``.  The parameter t is the length of the chords.  An open
+spline has no curvature at its ends, as a rod that is pinned at its points; a closed one is periodic.  Between two
+points p and q, with derivatives dp and dq and the parameter width w, the curve is a Hermite cubic in s = (t - t_p) /
+w::
+
+    p (1 - s)² (1 + 2s) + q s² (3 - 2s) + w s (1 - s) (dp (1 - s) - dq s)
+
+Arc lengths are integrals over four Gauss points for each sample.  Work: linear in points and samples.
 """
 
 from __future__ import annotations
@@ -14,15 +18,28 @@ from typing import Union
 import numpy as np
 from scipy.linalg import solve_banded
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranks_in_rows, rows_of
 
 DEGREE = 3
-_GAUSS = np.polynomial.legendre.leggauss(4)
+_GAUSS = np.polynomial.legendre.leggauss(4)  # exact for polynomials of degree 7
+
+_LENGTH_OF_CHORD = 1.2
+"""Arc length over chord for which room is left: a cubic through smooth data is little longer than its chord."""
 
 
 @dataclass(frozen=True, eq=False)
 class SplineRows:
-    """Splines through rows of points, as cubics between them; see `RodAxes` for the arrays."""
+    """Splines through rows of points, as cubics between them.
+
+    Parameters
+    ----------
+    derivatives : (N, 3) float64
+        By the parameter, at each point.
+    parameters : (N,) float64
+        Of each point.
+    ends : (R,) float64
+        At the end of each row; of a closed one where it comes back to its first point.
+    """
 
     derivatives: Floats
     parameters: Floats
@@ -31,7 +48,13 @@ class SplineRows:
 
 @dataclass(frozen=True, eq=False)
 class BSplineRows:
-    """The same splines as B-splines; see `RodAxes` for the arrays."""
+    """The same splines as B-splines of degree `DEGREE`.
+
+    Parameters
+    ----------
+    knot_offsets, knots : ragged float64
+    control_offsets, controls : ragged (n, 3) float64
+    """
 
     knot_offsets: Ints
     knots: Floats
@@ -184,7 +207,7 @@ def second_derivatives(points: Floats, rows: SplineRows, offsets: Ints, closed: 
 
 def _chords(points: Floats, offsets: Ints, closed: Bools) -> Floats:
     """Length (N,) from each point to the next of its row, around closed ones; 1 at the last point of an open row."""
-    chord = np.linalg.norm(points[next_in_loop(offsets)] - points, axis=1)
+    chord: Floats = np.linalg.norm(points[next_in_loop(offsets)] - points, axis=1)
     chord[offsets[1:][~closed] - 1] = 0.0
     total = np.add.reduceat(chord, offsets[:-1]) if len(chord) else chord
     # Two visits at one place would make no spline at all.
@@ -194,7 +217,23 @@ def _chords(points: Floats, offsets: Ints, closed: Bools) -> Floats:
 
 
 def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) -> tuple[Ints, Ints, Floats]:
-    """First and last point of every cubic, and the length (n,) of its parameter; cubics in the order of the points."""
+    """Ends of every cubic, in the order of the points.
+
+    Parameters
+    ----------
+    parameters : (N,) float64
+    offsets : (R+1,) int64
+    closed : (R,) bool
+    ends : (R,) float64
+        Parameter at the end of each row.
+
+    Returns
+    -------
+    start, stop : (n,) int64
+        First and last point of each cubic.
+    width : (n,) float64
+        Of its parameter.
+    """
     after = next_in_loop(offsets)
     owner = rows_of(offsets)
     start = np.flatnonzero(closed[owner] | (after > np.arange(len(owner))))
@@ -204,7 +243,21 @@ def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) ->
 
 
 def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Points (n, 3) and derivatives by the parameter (n, 3) at ``t`` (n,) from 0 to 1 of cubics in Hermite form."""
+    """Points and derivatives of Hermite cubics.
+
+    Parameters
+    ----------
+    p, q, dp, dq : (n, 3) float64
+        Points and derivatives by the parameter at both ends.
+    width : (n,) float64
+        Of the parameter.
+    t : (n,) float64
+        From 0 to 1.
+
+    Returns
+    -------
+    points, derivatives : (n, 3) float64
+    """
     t, width = t[:, None], width[:, None]
     s = 1.0 - t
     place = s * s * (1 + 2 * t) * p + t * t * (3 - 2 * t) * q + width * t * s * (s * dp - t * dq)
@@ -213,7 +266,18 @@ def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t:
 
 
 def cubic_curvatures(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t: Floats) -> Floats:
-    """Curvature (n,) of cubics in Hermite form at ``t`` (n,) from 0 to 1; 0 where a cubic stands still."""
+    """Curvature of Hermite cubics; 0 where one stands still.
+
+    Parameters
+    ----------
+    p, q, dp, dq, width, t
+        As of `cubic_points`.
+
+    Returns
+    -------
+    (n,) float64
+        Not negative.
+    """
     _, slope = cubic_points(p, q, dp, dq, width, t)
     t, width = t[:, None], width[:, None]
     bend = (6.0 - 12.0 * t) / width**2 * (q - p) + ((6.0 * t - 4.0) * dp + (6.0 * t - 2.0) * dq) / width
@@ -233,15 +297,24 @@ def sample_curves(
     *,
     step: Union[float, Floats],
 ) -> CurveSamples:
-    """Sample all rows so that no two samples are further than ``step`` apart; the rows' points are among them.
+    """Sample all rows; the rows' own points are among the samples.
 
-    The step may be one for all, or one for each cubic of `span_ends`.
+    Parameters
+    ----------
+    points : (N, 3) float64
+    derivatives, parameters, offsets, closed, ends
+        As of `fit_splines` and its result.
+    step : float or (n,) float64
+        Greatest distance between two samples, for all or for each cubic of `span_ends`.
+
+    Returns
+    -------
+    CurveSamples
     """
     start, stop, reach = span_ends(parameters, offsets, closed, ends)
-    # A cubic through smooth data is little longer than its chord; the rest is room.
-    pieces = np.maximum(np.ceil(1.2 * reach / step), 1).astype(np.int64)
+    pieces = np.maximum(np.ceil(_LENGTH_OF_CHORD * reach / step), 1).astype(np.int64)
     span = np.repeat(np.arange(len(start)), pieces)
-    nth = np.arange(len(span)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    nth = ranks_in_rows(pieces)
     part = 1.0 / pieces[span]
 
     def cubics(span: Ints) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -276,7 +349,19 @@ def sample_curves(
 
 
 def points_at_stations(samples: CurveSamples, curve: Ints, station: Floats) -> Floats:
-    """Points (n, 3) at stations along the given curves."""
+    """Points at stations along curves, linear between samples.
+
+    Parameters
+    ----------
+    samples : CurveSamples
+    curve : (n,) int64
+    station : (n,) float64
+        Arc length from the start of the curve.
+
+    Returns
+    -------
+    (n, 3) float64
+    """
     columns = [_interpolate(samples, samples.points[:, k], curve, station) for k in range(3)]
     points: Floats = np.stack(columns, axis=1)
     return points

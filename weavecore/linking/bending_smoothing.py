@@ -28,6 +28,7 @@ from scipy.sparse.linalg import cg
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.geometry.closest import FaceFinder
+from weavecore.linking.arc_length import points_at
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,
     LONGEST,
@@ -44,7 +45,7 @@ from weavecore.linking.bending_terms import (
     edge_term,
     find_joints,
 )
-from weavecore.linking.resample import CORNER_TURN, points_at
+from weavecore.linking.node_placement import CORNER_TURN
 from weavecore.model.lattice import Lattice
 from weavecore.model.surface import SurfaceMesh
 

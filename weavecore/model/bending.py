@@ -1,4 +1,9 @@
-"""`Bending`: how sharply each rod is bent, and whether its material bears it."""
+"""`Bending`: how sharply each rod is bent; `Material`: how sharply it may be bent.
+
+A straight rod of diameter d, bent to radius R, has the stress E d / (2 R), which may reach σ / factor::
+
+    R ≥ d · E · factor / (2 σ) = d · least_bend          utilisation = least admissible R / R
+"""
 
 from __future__ import annotations
 
@@ -48,13 +53,9 @@ class Bending:
 
     @property
     def violations(self) -> Ints:
-        """Strands that are bent too sharply, the worst first."""
+        """Strands beyond a utilisation of 1, the worst first."""
         over = np.flatnonzero(self.utilisation > 1.0)
         return over[np.argsort(-self.utilisation[over], kind="stable")]
-
-
-# ----------------------------------------------------------------------
-# `Material`: what a rod is made of, as far as its bending goes.
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,9 @@ class Material:
     strength : float
         Characteristic bending strength in MPa.
     factor : float
-        What the strength is divided by; 2 for a bend that is held shortly, 3 for one that stays.
+        Safety factor that the strength is divided by: 2 for a short time, 3 for a permanent bend.
     density : float
-        In kg/m³.
+        In kg/m³; 0 where it is not known.
     source : str
         Where the figures come from.
     """
@@ -87,7 +88,9 @@ class Material:
         for label in ("modulus", "strength", "factor"):
             value = getattr(self, label)
             if not 0 < value < float("inf"):
-                raise Unsupported(f"The {label} of {self.name} is {value}", remedy="Give a number above 0.")
+                raise Unsupported(
+                    f"The {label} of {self.name} must be positive (got {value})", remedy=f"Change the {label}."
+                )
 
     @property
     def least_bend(self) -> float:

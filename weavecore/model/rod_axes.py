@@ -34,7 +34,7 @@ class RodAxes:
         Visits of strand ``s``: ``offsets[s]:offsets[s + 1]``.
     closed : (S,) bool
     points : (M, 3) float64
-        Where the axis is at each visit.
+        The axis at each visit.
     derivatives : (M, 3) float64
         Derivative there by the parameter.
     parameters : (M,) float64
@@ -48,13 +48,13 @@ class RodAxes:
         Knots of each strand's B-spline of degree 3 in full form, four more than control points.
     control_offsets : (S+1,) int64
     controls : (…, 3) float64
-        Control points; of a closed strand the first three come again at the end.
+        Control points; of a closed strand the first three are repeated at the end.
     stations : (M,) float64
         Arc length from the start of the strand to each visit.
     lengths : (S,) float64
         Arc length of each strand, from tip to tip, or once around for a closed one.
     layer_offsets : (M,) float64
-        How far out of the surface the axis is at each visit, along the node's normal.
+        Distance of the axis from the surface at each visit, along the node's normal.
     """
 
     offsets: Ints

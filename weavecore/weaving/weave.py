@@ -31,7 +31,7 @@ _MOST_BREAK_ROUNDS = 3
 """A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
 
 _FEWEST_OF_ALL = 2
-"""What still cannot be bent in the chosen diameter is broken though short rods come of it: a rod that snaps is worse."""
+"""What cannot be bent in the chosen diameter is broken even where that gives short rods: a rod that snaps is worse."""
 
 Progress = Optional[Callable[[float, str], None]]
 

@@ -132,7 +132,7 @@ def test_where_a_border_slants_into_the_way_the_last_step_ends_on_it():
     ended = np.flatnonzero(targets.state == ENDS_ON_BORDER)
     assert len(ended) == 2
     assert domain.is_free_border[targets.end_border[ended]].all()
-    assert np.array_equal(walks.wall[ended], targets.end_border[ended])
+    assert np.array_equal(walks.stopped_at[ended], targets.end_border[ended])
     # Beyond those that end on the borders lie only obstructed ones.
     assert (targets.state[: ended[0]] == OBSTRUCTED).all()
     assert (targets.state[ended[1] + 1 :] == OBSTRUCTED).all()

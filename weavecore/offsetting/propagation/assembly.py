@@ -21,17 +21,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
-from weavecore.geometry.cut import NONE, Cells, Marks, cut_along
+from weavecore.geometry.arrays import Bools, Floats, Ints, inverted, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.cut import NONE, CellComplex, Marks, cut_along
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
 from weavecore.model.surface import Origins, SurfaceMesh
 from weavecore.offsetting.isolines.bands import find_parents, order_bands
-from weavecore.offsetting.isolines.cut_mesh import part_vertices, sides_of_origins
+from weavecore.offsetting.isolines.cut_mesh import sides_of_origins, split_vertices_at_cuts
 from weavecore.offsetting.isolines.extract import corners_at
 from weavecore.offsetting.propagation.domain import Domain
 from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
-from weavecore.offsetting.spacing import Ladder
+from weavecore.offsetting.spacing import LevelSchedule
 
 _SAMPLES_PER_SPACING = 20
 """Samples on a length of one spacing from which vertices measure their distance: half a gap aside is 0.03% longer."""
@@ -41,7 +41,7 @@ _SAME_PLACE = 1e-8
 
 
 def assemble_latitudes(
-    surface: SurfaceMesh, domain: Domain, generations: list[SurfaceCurves], *, ladder: Ladder
+    surface: SurfaceMesh, domain: Domain, generations: list[SurfaceCurves], *, schedule: LevelSchedule
 ) -> Latitudes:
     """Make latitudes of the sources, as generation 0, and of the fronts of each generation.
 
@@ -52,7 +52,7 @@ def assemble_latitudes(
         Of that surface.
     generations : list of SurfaceCurves
         From 1 on.
-    ladder : Ladder
+    schedule : LevelSchedule
         Distances of the generations, in the model's unit.
 
     Returns
@@ -66,8 +66,8 @@ def assemble_latitudes(
     marks = _mark_fronts(polylines, len(origins), surface.n_vertices)
     pieces = _Pieces(surface, domain, marks, cut_along(surface.faces, domain.twins, marks))
     sides = _find_sides(surface, pieces, polylines, len(origins))
-    distance = ladder.distance(generation.astype(np.float64))
-    spacing = ladder.widest(len(generations) + 1)
+    distance = schedule.distance_of(generation.astype(np.float64))
+    spacing = schedule.widest_spacing(len(generations) + 1)
     vertex_distance = _measure_vertices(surface, polylines, distance, pieces, sides, spacing)
     depth = np.zeros(pieces.count)
     np.maximum.at(depth, pieces.of_node, vertex_distance[pieces.vertex])
@@ -132,8 +132,7 @@ def _mark_fronts(polylines: Polylines, n_sources: int, n_vertices: int) -> Marks
     is_open = ~polylines.closed[n_sources:]
     face, weights = polylines.face[first:], polylines.barycentric[first:]
     after = next_in_loop(offsets)
-    before = np.empty(len(after), np.int64)
-    before[after] = np.arange(len(after))
+    before = inverted(after)
     apex = weights.argmin(1)
     row = np.arange(len(face))
     goes_in = face != face[before]
@@ -160,7 +159,7 @@ class _Pieces:
     domain : Domain
     marks : Marks
         Of the fronts, M points.
-    cells : Cells
+    cells : CellComplex
         The mesh cut along them.
 
     Attributes
@@ -176,7 +175,7 @@ class _Pieces:
         Euler characteristics.
     """
 
-    def __init__(self, surface: SurfaceMesh, domain: Domain, marks: Marks, cells: Cells) -> None:
+    def __init__(self, surface: SurfaceMesh, domain: Domain, marks: Marks, cells: CellComplex) -> None:
         used = np.unique(np.concatenate([cells.face_piece, cells.cell_piece]))
         used = used[used != NONE]
         name = np.full(int(used.max()) + 2, NONE)
@@ -184,7 +183,7 @@ class _Pieces:
         self.count = len(used)
         self.left, self.right = name[cells.left_piece], name[cells.right_piece]
         self.beside: Ints = name[cells.edge_piece]
-        faces, self.vertex = part_vertices(surface)
+        faces, self.vertex = split_vertices_at_cuts(surface)
         self.of_node = np.empty(len(self.vertex), np.int64)
         self.of_node[faces.ravel()] = self.beside
         whole, parts = name[cells.face_piece[cells.face_piece != NONE]], name[cells.cell_piece]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Ints, offsets_of, ranks_in_rows, rows_of
 from weavecore.geometry.geodesics import place_along
 from weavecore.offsetting.propagation.chords import embed_chords
 from weavecore.offsetting.propagation.domain import Domain
@@ -121,9 +121,9 @@ def _connect_ends(
                 face, weight = place_along(rays.walks, part * vertices.far)
                 faces.append(face[runs.ray[at]])
                 weights.append(weight[runs.ray[at]])
-    offsets = offsets_of(np.where(diverges, len(faces), 1))
-    row = rows_of(offsets)
-    rank = np.arange(len(row)) - offsets[row]
+    counts = np.where(diverges, len(faces), 1)
+    offsets = offsets_of(counts)
+    row, rank = rows_of(offsets), ranks_in_rows(counts)
     face, weight = np.stack(faces, axis=1)[row, rank], np.stack(weights, axis=1)[row, rank]
     run = rows_of(runs.offsets)
     per_run = np.bincount(run[row], minlength=len(runs.closed))

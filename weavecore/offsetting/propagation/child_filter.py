@@ -12,7 +12,7 @@ between two steps without crossing.  So two questions are asked, both by side:
        child A   ---->|           |<----  child B       no room: each step ends beyond the other child
                  ---->|        |<----                   room
 
-   Of a child in doubt it is tried whether anything is left when it is offset by the least cap, `LEAST_CAP`.
+   Of a child in doubt it is tried whether anything is left when it is offset by the least cap, `MIN_CAP_RISE`.
 
 The time is linear in segments and in pairs of segments that share a face.
 """
@@ -20,11 +20,9 @@ The time is linear in segments and in pairs of segments that share a face.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, ranks_in_rows
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.propagation.child_curves import embed_children
 from weavecore.offsetting.propagation.chords import measure_chords
@@ -45,7 +43,7 @@ from weavecore.offsetting.propagation.offset_vertices import (
 from weavecore.offsetting.propagation.ray_directions import start_on_curves
 from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
 from weavecore.offsetting.propagation.uncrossing import UncrossedCurves, reconnect_at_crossings
-from weavecore.tolerances import LEAST_CAP
+from weavecore.tolerances import MIN_CAP_RISE
 
 # ----------------------------------------------------------------------
 # Of the loops that reconnecting leaves: has a front been there already?
@@ -105,7 +103,7 @@ def find_uncovered_loops(
     curves, length = uncrossed.curves, uncrossed.curves.curve_lengths
     covered = _measure_covered(domain, rays, vertices, raw, uncrossed)
     # How deep it is beyond an open one, which may cut off a narrow tip, is asked later.
-    least = np.where(curves.closed, np.pi * LEAST_CAP, _SHORTEST) * rays.step
+    least = np.where(curves.closed, np.pi * MIN_CAP_RISE, _SHORTEST) * rays.step
     is_new = (covered < _MOST_COVERED * length) & (length > least) & _leave_their_faces(curves)
     is_new[is_new] = ~_are_near(domain, rays, curves.take(is_new))
     is_new[is_new] = ~_are_islands(domain, curves.take(is_new), rays.step)
@@ -171,7 +169,7 @@ def _are_near(domain: Domain, rays: FrontRays, loops: SurfaceCurves) -> Bools:
     """Which loops (C,) have chords to where the rays start that are shorter than the step."""
     vertex = np.flatnonzero(loops.is_vertex)
     counts = np.bincount(loops.owner[vertex], minlength=len(loops))
-    rank = np.arange(len(vertex)) - offsets_of(counts)[loops.owner[vertex]]
+    rank = ranks_in_rows(counts)
     vertex = vertex[rank % np.maximum(counts // _ASKED, 1)[loops.owner[vertex]] == 0]
     is_near = measure_nearness(domain, rays, loops, vertex) < _SHORT_OF_THE_END
     total = np.bincount(loops.owner[vertex], minlength=len(loops))
@@ -302,8 +300,7 @@ def find_room_for_grandchildren(
     near = far < BEYOND - 1.0
     n = len(children)
     ends = rays.owner[ray[near]], children.owner[hits.second[near]]
-    links = coo_matrix((np.ones(len(ends[0])), ends), shape=(n, n))
-    _, group = connected_components(links, directed=False)
+    _, group = connected(*ends, n)
     total = np.bincount(group[rays.owner], counts, minlength=n)
     free = np.bincount(group[rays.owner], counts & np.isinf(room), minlength=n)
     beyond = np.bincount(group[rays.owner], counts & (room < 1.0), minlength=n)
@@ -317,7 +314,7 @@ def _are_deep(domain: Domain, fronts: SurfaceCurves, *, spacing: float) -> Bools
     """
     if len(fronts) == 0:
         return np.zeros(0, bool)
-    cap = LEAST_CAP * spacing
+    cap = MIN_CAP_RISE * spacing
     rays = cast_rays(domain, start_on_curves(domain, fronts, step=cap / _STEPS_PER_CAP), spacing=cap)
     rays = stop_at_fronts(domain, rays, fronts)
     vertices = offset_vertices(domain, rays)

@@ -164,9 +164,9 @@ def find_passed_corner(domain: Domain, walk: Walks, on_right: bool) -> tuple[int
         The boundary halfedge whose tail is the corner, and the wedge that opens behind it in radians; None where the
         walk meets the border too far from a corner, or nothing opens.
     """
-    wall, boundary = int(walk.wall[0]), domain.boundary
+    wall, boundary = int(walk.stopped_at[0]), domain.boundary
     part = float(walk.end[-1][(wall % 3 + 1) % 3])
-    slant = float(np.arctan2(-walk.wall_uy[0], walk.wall_ux[0]))
+    slant = float(np.arctan2(-walk.stop_uy[0], walk.stop_ux[0]))
     pivot = int(boundary.after[wall]) if on_right else wall
     beyond = pivot if on_right else int(boundary.before[wall])
     wedge = float(boundary.angle[pivot]) - (np.pi + slant if on_right else 2 * np.pi - slant)

@@ -58,7 +58,7 @@ class Domain:
         vertices = (surface.vertices - surface.vertices.mean(axis=0)) / self.scale
         self.twins: Ints = np.where(surface.is_cut, NO_TWIN, surface.twins)
         self.frames = Unfolding(vertices, surface.faces, self.twins)
-        self.is_free_border: Bools = surface.is_selvedge
+        self.is_free_border: Bools = surface.is_free_border
         self.has_free_borders = bool(self.is_free_border.any())
         self.normals = surface.face_normals
         self.vertices, self.faces = vertices, surface.faces

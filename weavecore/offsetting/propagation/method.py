@@ -31,9 +31,9 @@ from weavecore.geometry.arrays import Ints, rows_of
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
-from weavecore.offsetting.isolines.cut_mesh import part_vertices
-from weavecore.offsetting.isolines.extract import drop_shallow, refuse_too_many_points, too_large
-from weavecore.offsetting.preparation import refine_for, refuse_closed
+from weavecore.offsetting.isolines.cut_mesh import split_vertices_at_cuts
+from weavecore.offsetting.isolines.extract import prune_beside_free_borders, refuse_too_many_points, too_large
+from weavecore.offsetting.preparation import refine_for_spacing, refuse_closed
 from weavecore.offsetting.propagation.assembly import assemble_latitudes
 from weavecore.offsetting.propagation.child_curves import embed_children
 from weavecore.offsetting.propagation.child_filter import (
@@ -49,8 +49,8 @@ from weavecore.offsetting.propagation.offset_vertices import FrontRays, cast_ray
 from weavecore.offsetting.propagation.ray_directions import start_on_boundary, start_on_curves
 from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
 from weavecore.offsetting.propagation.uncrossing import reconnect_at_crossings
-from weavecore.offsetting.spacing import Ladder, Spacing
-from weavecore.tolerances import LEAST_HEM
+from weavecore.offsetting.spacing import LevelSchedule, Spacing
+from weavecore.tolerances import MIN_FREE_BORDER_GAP
 
 VERTICES_PER_SPACING = 10.0
 """Vertices of a front on a length of one spacing, about; docs/methods.md shows the error that is left."""
@@ -106,15 +106,17 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     TooMuchWork
         When the mesh that the spacing asks for would be too large, or the polylines on it.
     """
-    ladder = Ladder.of(spacing)
+    schedule = LevelSchedule.of(spacing)
     refuse_closed(surface)
     # About so many vertices, and as many places where polylines go from face to face.
-    refuse_too_many_points(2.0 * VERTICES_PER_SPACING * _area(surface) / ladder.least**2, ladder.least)
+    refuse_too_many_points(
+        2.0 * VERTICES_PER_SPACING * _area(surface) / schedule.least_spacing**2, schedule.least_spacing
+    )
     try:
-        latitudes = _offset_in_parts(surface, ladder, 1, progress)
+        latitudes = _offset_in_parts(surface, schedule, 1, progress)
     except Degenerate as refusal:
-        latitudes = _offset_in_more_parts(surface, ladder, refusal, progress)
-    return drop_shallow(latitudes)
+        latitudes = _offset_in_more_parts(surface, schedule, refusal, progress)
+    return prune_beside_free_borders(latitudes)
 
 
 def _area(surface: SurfaceMesh) -> float:
@@ -122,21 +124,23 @@ def _area(surface: SurfaceMesh) -> float:
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
-def _offset_in_more_parts(surface: SurfaceMesh, ladder: Ladder, refusal: Degenerate, progress: Progress) -> Latitudes:
+def _offset_in_more_parts(
+    surface: SurfaceMesh, schedule: LevelSchedule, refusal: Degenerate, progress: Progress
+) -> Latitudes:
     for parts in range(2, _MOST_PARTS + 1):
         with contextlib.suppress(Degenerate, SpacingTooLarge, TooMuchWork):
-            return _offset_in_parts(surface, ladder, parts, progress)
+            return _offset_in_parts(surface, schedule, parts, progress)
     raise refusal
 
 
-def _offset_in_parts(surface: SurfaceMesh, ladder: Ladder, parts: int, progress: Progress) -> Latitudes:
+def _offset_in_parts(surface: SurfaceMesh, schedule: LevelSchedule, parts: int, progress: Progress) -> Latitudes:
     """Steps made in so many parts, on a mesh that is fine enough for one of them."""
-    fine = refine_for(surface, ladder.least / parts)
+    fine = refine_for_spacing(surface, schedule.least_spacing / parts)
     domain = Domain(fine)
-    generations = propagate_fronts(domain, spacing=ladder.steps / domain.scale, parts=parts, progress=progress)
+    generations = propagate_fronts(domain, spacing=schedule.spacings / domain.scale, parts=parts, progress=progress)
     if not generations:
-        raise too_large(ladder.step_after(0), _find_depth(domain, ladder.step_after(0)))
-    latitudes = assemble_latitudes(fine, domain, generations, ladder=ladder)
+        raise too_large(schedule.spacing_after(0), _find_depth(domain, schedule.spacing_after(0)))
+    latitudes = assemble_latitudes(fine, domain, generations, schedule=schedule)
     refuse_broken(latitudes)
     return latitudes
 
@@ -182,12 +186,12 @@ def propagate_fronts(
         When children cross, lie too near to their parents, or end inside the surface.
     """
     generations: list[SurfaceCurves] = []
-    ladder = Ladder.of(spacing)
-    rays = _cast_from_sources(domain, ladder.step_after(0))
+    schedule = LevelSchedule.of(spacing)
+    rays = _cast_from_sources(domain, schedule.spacing_after(0))
     covered = 0.0
     while True:
         parents = generations[-1] if generations else None
-        step, step_on = (ladder.step_after(len(generations) + further) for further in (0, 1))
+        step, step_on = (schedule.spacing_after(len(generations) + further) for further in (0, 1))
         children, rays_on = _step_in_parts(domain, rays, parents, step=step, step_on=step_on, parts=parts)
         if len(children) == 0:
             return generations
@@ -275,7 +279,7 @@ NEAREST = 0.75
 DEEPEST, FARTHEST = 1.05, 1.4
 """Spacings that a pocket may be deep, and another band, where a child may have come a little too far.
 
-The first is 1 and `LEAST_CAP`, with a hundredth for rounding."""
+The first is 1 and `MIN_CAP_RISE`, with a hundredth for rounding."""
 
 
 def refuse_crossings(domain: Domain, children: SurfaceCurves, parents: SurfaceCurves | None) -> None:
@@ -360,10 +364,10 @@ def refuse_broken(latitudes: Latitudes) -> None:
     np.maximum.at(top, band[bands.is_parent], latitudes.distance[bands.polyline[bands.is_parent]])
     has_child = np.bincount(band[~bands.is_parent], minlength=len(bands)) > 0
     is_cut = np.bincount(band, ~latitudes.polylines.closed[bands.polyline], minlength=len(bands)) > 0
-    deepest = np.where(is_cut, 1.0 + LEAST_HEM, DEEPEST)  # A child so near to a free border may be left out.
+    deepest = np.where(is_cut, 1.0 + MIN_FREE_BORDER_GAP, DEEPEST)  # A child so near to a free border may be left out.
     too_deep = bands.depth > top + np.where(has_child, FARTHEST, deepest) * latitudes.spacing
     # Cut along its sources and all fronts the surface has one more for each open front.
-    _, nodes = part_vertices(surface)
+    _, nodes = split_vertices_at_cuts(surface)
     parted = len(nodes) - surface.n_edges - int(surface.is_cut.sum()) // 2 + surface.n_faces
     n_open = int((~latitudes.polylines.closed[len(surface.origins) :]).sum())
     is_whole = int(bands.euler.sum()) == parted + n_open

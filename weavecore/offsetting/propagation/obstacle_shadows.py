@@ -26,7 +26,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from weavecore.errors import Degenerate
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, ranges
 from weavecore.geometry.geodesics import Walks, on_halfedge, place_along, walk_far
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.propagation.chords import measure_chords
@@ -329,12 +329,12 @@ class _ObstacleShadows:
 
     def _end_or_open(self, after: int, obstructed: RayTargets, walk: Walks, on_right: bool) -> bool:
         """Let the child end on the border where a ray is stopped, or open behind a corner; False where neither fits."""
-        wall = int(walk.wall[0])
+        wall = int(walk.stopped_at[0])
         if wall == NO_TWIN:
             return False
         left = float(obstructed.reach[0]) - float(walk.far[0])
         if left <= _ARRIVED * self._step:
-            ended = replace(obstructed, reach=walk.far, state=np.array([ENDS_ON_BORDER]), end_border=walk.wall)
+            ended = replace(obstructed, reach=walk.far, state=np.array([ENDS_ON_BORDER]), end_border=walk.stopped_at)
             self._add(after, ended, walk)
             return True
         corner = find_passed_corner(self._domain, walk, on_right)
@@ -369,11 +369,11 @@ class _ObstacleShadows:
             np.concatenate([walk.begin, on.begin + walk.far]),
             np.concatenate([walk.finish, on.finish + walk.far]),
             walk.far + on.far,
-            on.wall,
-            on.wall_ux,
-            on.wall_uy,
+            on.stopped_at,
+            on.stop_ux,
+            on.stop_uy,
         )
-        end_border = np.where(is_obstructed(domain, on), on.wall, NO_TWIN)
+        end_border = np.where(is_obstructed(domain, on), on.stopped_at, NO_TWIN)
         return replace(ray, reach=both.far, state=np.array([ENDS_ON_BORDER]), end_border=end_border), both
 
     # Rays that leave the border.
@@ -545,7 +545,7 @@ def is_obstructed(domain: Domain, walks: Walks) -> Bools:
     -------
     (n,) bool
     """
-    return np.asarray(walks.is_blocked & domain.is_free_border[walks.wall])
+    return np.asarray(walks.is_blocked & domain.is_free_border[walks.stopped_at])
 
 
 # ----------------------------------------------------------------------
@@ -564,9 +564,9 @@ def _walk_along_border(domain: Domain, diffracted: DiffractedRays) -> Walks:
         begin=total[:-1],
         finish=total[1:],
         far=total[-1:],
-        wall=np.full(1, NO_TWIN),
-        wall_ux=np.zeros(1),
-        wall_uy=np.zeros(1),
+        stopped_at=np.full(1, NO_TWIN),
+        stop_ux=np.zeros(1),
+        stop_uy=np.zeros(1),
     )
 
 
@@ -585,9 +585,9 @@ def _gather_walks(parts: list[Walks], order: Ints) -> Walks:
 
 def _take_walks(walks: Walks, index: Ints) -> Walks:
     """The walks of these numbers, in their order."""
-    offsets = offsets_of(np.diff(walks.offsets)[index])
-    owner = rows_of(offsets)
-    row = walks.offsets[:-1][index][owner] + np.arange(len(owner)) - offsets[owner]
+    counts = np.diff(walks.offsets)[index]
+    offsets = offsets_of(counts)
+    row = ranges(walks.offsets[:-1][index], counts)
     return Walks(
         offsets,
         walks.face[row],
@@ -596,7 +596,7 @@ def _take_walks(walks: Walks, index: Ints) -> Walks:
         walks.begin[row],
         walks.finish[row],
         walks.far[index],
-        walks.wall[index],
-        walks.wall_ux[index],
-        walks.wall_uy[index],
+        walks.stopped_at[index],
+        walks.stop_ux[index],
+        walks.stop_uy[index],
     )

@@ -32,9 +32,9 @@ from weavecore.offsetting.propagation.obstacle_shadows import (
 )
 from weavecore.offsetting.propagation.ray_directions import RayStarts
 from weavecore.offsetting.propagation.surface_curves import next_along
-from weavecore.tolerances import LEAST_CAP
+from weavecore.tolerances import MIN_CAP_RISE
 
-BEYOND = 1.0 + 6.0 * LEAST_CAP
+BEYOND = 1.0 + 6.0 * MIN_CAP_RISE
 """Spacings that a ray is walked: a child all of whose rays meet an ancestor within them may lack room."""
 
 _BEFORE_A_STOP = 0.95

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranks_in_rows, rows_of
 from weavecore.geometry.geodesics import on_halfedge
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.distance.ray_seeds import find_sector
@@ -119,9 +119,9 @@ def start_on_boundary(domain: Domain, *, step: float) -> RayStarts:
     curves = _as_curves(domain, chains)
     total = domain.boundary.angle[chains.halfedge]
     n_at_node, n_on_edge = _count_rays(domain, chains, step)
-    offsets = offsets_of(n_at_node + n_on_edge)
-    node = rows_of(offsets)
-    rank = np.arange(len(node)) - offsets[node]
+    counts = n_at_node + n_on_edge
+    offsets = offsets_of(counts)
+    node, rank = rows_of(offsets), ranks_in_rows(counts)
     at_node = rank < n_at_node[node]
     place = (rank - n_at_node[node] + 1) / (n_on_edge[node] + 1) * domain.frames.length[chains.halfedge[node]]
     place[at_node] = 0.0
@@ -290,7 +290,7 @@ def start_on_curves(domain: Domain, curves: SurfaceCurves, *, step: float) -> Ra
     turn, heading = measure_turns(domain, face, domain.points(face, weights), offsets, curves.closed)
     count = np.where(turn < -SHARPEST_FAN, 0, _count_rays_at_turn(turn))
     row = rows_of(offsets_of(count))
-    share = _shares_of_fan(np.arange(len(row)) - offsets_of(count)[row], count[row])
+    share = _shares_of_fan(ranks_in_rows(count), count[row])
     angle = heading[row] + turn[row] * share + np.pi / 2
     xy = domain.plane_points(face, weights)[row]
     is_end = _are_ends(offsets, curves.closed)[row]
@@ -343,8 +343,7 @@ def _resample(curves: SurfaceCurves, step: float) -> tuple[Ints, Floats, Floats,
     between = curves.is_corner[kept] & curves.is_corner[kept[after]] & (after != np.arange(len(kept)))
     n_parts[between & (n_parts == 1)] = 2
     offsets = offsets_of(n_parts)
-    row = rows_of(offsets)
-    rank = np.arange(len(row)) - offsets[row]
+    row, rank = rows_of(offsets), ranks_in_rows(n_parts)
     owner = curves.owner[kept[row]]
     station = total[kept[row]] + gaps[row] * rank / n_parts[row]
     beyond = curves.closed[owner] & (station >= total[curves.offsets[owner + 1]])
