@@ -206,8 +206,8 @@ def _followers(perimeters: _Perimeters, marks: Marks, segments: Ints) -> Ints:
         part[~stays] = perimeters.at_mark(mark[~stays], marks.face[segments][~stays])
         return part
 
-    tip = marks.after[segments]
-    return np.concatenate([around, turn(tip, forth[tip]), turn(segments, back[marks.before[segments]])])
+    far = marks.after[segments]
+    return np.concatenate([around, turn(far, forth[far]), turn(segments, back[marks.before[segments]])])
 
 
 def _join_pieces(faces: Ints, twins: Ints, perimeters: _Perimeters, cell: Ints, n_cells: int) -> Ints:

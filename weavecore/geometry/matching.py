@@ -69,7 +69,7 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
     pair = np.arange(len(one))
     which = np.r_[one, other], np.r_[pair, pair]
     shares = coo_matrix((np.ones(2 * len(one)), which), shape=(n, len(one))).tocsr()
-    # A pair more is worth more than any that it makes dearer.
+    # One more pair outweighs all costs that it adds.
     reward = 2.0 * (1.0 + cost.max()) + cost.max() * np.sqrt(n)
     found = milp(
         cost - reward,

@@ -250,18 +250,18 @@ class _FlippableTriangulation:
         right, left = start
         while True:
             crossed.append((min(right, left), max(right, left)))
-            tip = self._facing.get((left, right))
-            if tip is None:
+            apex = self._facing.get((left, right))
+            if apex is None:
                 return None
-            if tip == b:
+            if apex == b:
                 return crossed
-            side = self._side(a, b, tip)
+            side = self._side(a, b, apex)
             if abs(side) <= _FLAT or len(crossed) > len(self._xy):
                 return None
             if side > 0:
-                left = tip
+                left = apex
             else:
-                right = tip
+                right = apex
 
     def _flip_away(self, a: int, b: int, crossed: list[tuple[int, int]]) -> bool:
         waiting = deque(crossed)

@@ -107,20 +107,20 @@ def _embed(
     vertices: Floats, faces: Ints, curve: Floats, tolerance: float, kept: Ints, slack: float, least: float
 ) -> Embedding:
     """Embed a curve that is simplified to one accuracy; see `embed_curve`."""
-    drawn = curve_on_mesh(vertices, faces, curve, tolerance=tolerance, slack=slack, least=least)
+    sampled = curve_on_mesh(vertices, faces, curve, tolerance=tolerance, slack=slack, least=least)
     twins = find_twins(faces, len(vertices))
-    beside = curve_beside_border(vertices, faces, twins, drawn, tolerance)
+    beside = curve_beside_border(vertices, faces, twins, sampled, tolerance)
     if beside is None:
-        inner, on_border = drawn, np.zeros(len(drawn.places), bool)
+        inner, on_border = sampled, np.zeros(len(sampled.places), bool)
     elif beside.runs_along:
         mesh = GrowingMesh(vertices, faces, twins)
-        path, is_whole = stretch_of_border(mesh, beside.border, drawn.is_closed, kept)
-        return _checked(mesh, path, is_whole, drawn)
+        path, is_whole = stretch_of_border(mesh, beside.border, sampled.is_closed, kept)
+        return _checked(mesh, path, is_whole, sampled)
     else:
         beside.refuse_in_part()
         inner, on_border = beside.with_ends_on_border()
     mesh, path = _draw_across(vertices, faces, inner, on_border, kept)
-    return _checked(mesh, path, drawn.is_closed, drawn)
+    return _checked(mesh, path, sampled.is_closed, sampled)
 
 
 def _draw_across(
@@ -139,7 +139,7 @@ def _draw_across(
     return mesh, path
 
 
-def _checked(mesh: GrowingMesh, path: Ints, is_closed: bool, drawn: CurveOnMesh) -> Embedding:
+def _checked(mesh: GrowingMesh, path: Ints, is_closed: bool, sampled: CurveOnMesh) -> Embedding:
     """The mesh and the path, if they are valid.
 
     Raises
@@ -152,10 +152,10 @@ def _checked(mesh: GrowingMesh, path: Ints, is_closed: bool, drawn: CurveOnMesh)
     check_manifold_vertices(faces, find_twins(faces, len(vertices)), len(vertices))
     if len(path) < (3 if is_closed else 2):
         raise BadCurve("A curve shorter than the edges of the mesh", remedy="Give a longer one.")
-    deviation = _distance_from(drawn.places, vertices[path], is_closed)
-    back = _distance_from(vertices[path], drawn.places, drawn.is_closed)
+    deviation = _distance_from(sampled.places, vertices[path], is_closed)
+    back = _distance_from(vertices[path], sampled.places, sampled.is_closed)
     most = float(max(deviation.max(), back.max()))
-    if (deviation > _MAX_DEVIATION * drawn.edge).any() or back.max() > drawn.edge.max():
+    if (deviation > _MAX_DEVIATION * sampled.edge).any() or back.max() > sampled.edge.max():
         raise BadCurve(
             f"The path on the mesh departs from the curve by {most:.4g}",
             remedy="Pull it onto the surface, or give a finer mesh.",
@@ -167,6 +167,6 @@ def _distance_from(points: Floats, line: Floats, is_closed: bool) -> Floats:
     """Distance of points from a line through others."""
     start = np.arange(len(line) if is_closed else len(line) - 1)
     after = (start + 1) % len(line)
-    foot = closest_faces(points, line, np.stack([start, after, after], axis=1))[1]
-    distance: Floats = np.linalg.norm(points - foot, axis=1)
+    nearest = closest_faces(points, line, np.stack([start, after, after], axis=1))[1]
+    distance: Floats = np.linalg.norm(points - nearest, axis=1)
     return distance

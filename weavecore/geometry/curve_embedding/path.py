@@ -324,11 +324,11 @@ class PathDrawing:
         one, other = mesh.point(mesh.tail(halfedge)), mesh.point(mesh.head(halfedge))
         along = other - one
         part = float(np.clip((place - one) @ along / max(float(along @ along), np.finfo(float).tiny), 0, 1))
-        foot = one + part * along
+        nearest = one + part * along
         barred = self._bar_of_edge(halfedge, on_border=on_border)
-        is_near = weight <= near and np.linalg.norm(foot - place) <= reach
+        is_near = weight <= near and np.linalg.norm(nearest - place) <= reach
         if (is_near or weight <= _SAME) and barred is None and _SAME < part < 1 - _SAME:
-            vertex = mesh.split_edge(halfedge, foot)
+            vertex = mesh.split_edge(halfedge, nearest)
             if mesh.twin(halfedge) == NO_TWIN:
                 self._border.add(vertex)
                 self._added_to_border.append(vertex)

@@ -11,7 +11,7 @@ if the apex lies on its left, else by the *previous* one::
 
                      apex (apex_x, apex_y)
                        *
-         previous    / |\            forward : from the ray's start to the foot of the apex on it
+         previous    / |\            forward : from the ray's start to the nearest point to the apex on it
                    /   | \           lateral : from there to the apex, > 0 on the left (as here)
                  /   ^ |  \  next
                /    /     \
