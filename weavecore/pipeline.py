@@ -114,9 +114,10 @@ def link(
     *,
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
+    free_rings: bool = False,
     progress: Optional[Progress] = None,
 ) -> Lattice:
-    """Divide the latitudes and bind them to a lattice (Yan et al. 2016, §5).
+    """Divide the latitudes, bind them to a lattice (Yan et al. 2016, §5), and smooth it so that rods bend little.
 
     Parameters
     ----------
@@ -127,6 +128,9 @@ def link(
         or squares, at the spacing of the latitudes.
     pattern : str
         ``"triangular"``, ``"quad"``, ``"plain"``, ``"twill"``, ``"hexagonal"``, ``"kagome"`` or ``"diagonal"``.
+    free_rings : bool
+        Whether nodes may leave the latitudes where that lets rods bend less.  By default rings keep their exact distance
+        from the borders; the patterns hexagonal, kagome and diagonal have no rings to keep.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -138,7 +142,9 @@ def link(
     ------
     TooMuchWork, Unsupported
     """
-    return link_pattern(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+    return link_pattern(
+        latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress
+    )
 
 
 def weave(
@@ -155,7 +161,7 @@ def weave(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        In the model's unit; by default a 24th of the spacing, or of the mean edge where that is shorter.
+        In the model's unit; by default the thickest stock diameter in which nearly all rods can be bent to their places.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional

@@ -23,7 +23,8 @@ from woven_rods import woven_sample, woven_tube
 
 COLUMNS = {
     "rods": (
-        "rod_id family generation closed length n_crossings min_radius station_at_min utilisation material diameter"
+        "rod_id family generation closed length n_crossings min_radius station_at_min utilisation material diameter "
+        "allowed_radius"
     ),
     "pieces": "piece_id rod_id seq from to cut_length splice_start splice_end stock_id",
     "nesting": "stock_id pieces used offcut",

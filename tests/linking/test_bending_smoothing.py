@@ -22,8 +22,7 @@ from weavecore.linking.bending_terms import (
     edge_term,
     find_joints,
 )
-from weavecore.linking.derived import DERIVED
-from weavecore.linking.link import link_latitudes
+from weavecore.linking.link import DERIVED, link_latitudes
 from weavecore.model import Lattice, SurfaceMesh
 from weavecore.validating import validate
 from weavecore.weaving.axes import surface_normals

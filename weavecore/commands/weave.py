@@ -76,7 +76,7 @@ def weave(
         typer.Option(
             parser=length,
             metavar="LENGTH",
-            help="Diameter of the rods; by default 1/24 of the spacing, or of the edges where they are shorter.",
+            help="Diameter of the rods; by default the thickest sold in which nearly all of them can be bent.",
         ),
     ] = None,
     material: Annotated[str, typer.Option(metavar="NAME", callback=known_material, help=_MATERIALS)] = "gfrp",
@@ -88,6 +88,9 @@ def weave(
             help="stacked, plain, or twill 2/2 and the like; by default what goes with the pattern.",
         ),
     ] = None,
+    free_rings: Annotated[
+        bool, typer.Option("--free-rings", help="Let rings leave their exact distance where that lets rods bend less.")
+    ] = False,
     layer: LayerNames = None,
     object_name: ObjectNames = None,
     edge_target: EdgeTarget = None,
@@ -133,7 +136,13 @@ def weave(
             progress=part_of(tell, 0.1, 0.5),
         )
         edge_length = edge.in_unit(surface.unit) if edge else None
-        lattice = pipeline.link(latitudes, edge_length=edge_length, pattern=pattern, progress=part_of(tell, 0.5, 0.7))
+        lattice = pipeline.link(
+            latitudes,
+            edge_length=edge_length,
+            pattern=pattern,
+            free_rings=free_rings,
+            progress=part_of(tell, 0.5, 0.7),
+        )
         woven = pipeline.weave(
             lattice,
             rod_diameter=rod.in_unit(surface.unit) if rod else None,

@@ -89,7 +89,8 @@ def _rods_table(plan: RodPlan) -> Table:
     bending = weave.bending
     crossings = np.bincount(weave.joints.strand, minlength=len(weave))
     columns = (
-        "rod_id,family,generation,closed,length,n_crossings,min_radius,station_at_min,utilisation,material,diameter"
+        "rod_id,family,generation,closed,length,n_crossings,min_radius,station_at_min,utilisation,material,diameter,"
+        "allowed_radius"
     )
     rows = [
         (
@@ -104,6 +105,7 @@ def _rods_table(plan: RodPlan) -> Table:
             number(bending.utilisation[s], 4),
             weave.material.name,
             mm(plan.diameter),
+            mm(weave.material.least_bend * plan.diameter),
         )
         for s in range(len(weave))
     ]

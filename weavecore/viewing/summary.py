@@ -98,21 +98,30 @@ def describe_weave(weave: Weave) -> Lines:
     unit = weave.lattice.latitudes.surface.unit
     bending = weave.bending
     ends, conflicts = _count(weave.n_ends_inside, "end"), _count(len(weave.conflicts), "conflict")
-    s = int(np.argmin(bending.min_radius))
-    limit = weave.material.least_bend * weave.rod_diameter
-    text = f"least radius {with_unit(bending.min_radius[s], unit)} in {weave.ids[s]}"
-    rod = f"{with_unit(weave.rod_diameter, unit)} {weave.material.name}"
-    text += f"; {rod}: minimum bend radius {with_unit(limit, unit)}"
-    if len(bending.violations):
-        text += f"; {_count(len(bending.violations), 'rod')} bent too sharply"
     rods = f"{len(weave):,}, median length {with_unit(weave.median_length, unit)}, {ends} inside"
     if len(weave.turns):
         rods += f"; across the rings a median turn of {np.degrees(np.median(weave.turns)):.1f}° at a node"
     return [
         ("rods", rods),
         ("weave", f"{weave.over_under}, {conflicts}, {_count(len(weave.clashes), 'clash', 'clashes')}"),
-        ("bending", text),
+        ("bending", _bending_text(weave)),
     ]
+
+
+def _bending_text(weave: Weave) -> str:
+    """Whether all rods can be bent to their places, and if not, where the worst is and which rod would pass there."""
+    unit, bending = weave.lattice.latitudes.surface.unit, weave.bending
+    rod = f"{with_unit(weave.rod_diameter, unit)} {weave.material.name}"
+    s = int(np.argmin(bending.min_radius))
+    limit = with_unit(weave.material.least_bend * weave.rod_diameter, unit)
+    least = f"least radius {with_unit(bending.min_radius[s], unit)} in {weave.ids[s]}, allowed {limit}"
+    n_bad = len(bending.violations)
+    if n_bad == 0:
+        return f"all {len(weave):,} rods bend: {rod}; {least}"
+    x, y, z = bending.point_at_min[s].tolist()
+    thinner = with_unit(bending.largest_diameter.min(), unit)
+    text = f"{n_bad:,} of {len(weave):,} rods exceed the allowable stress: {rod}; {least}, at ({x:.6g}, {y:.6g}, {z:.6g})"
+    return f"{text}; all pass at {thinner} or thinner, or with a wider spacing"
 
 
 def regular_share(lattice: Lattice) -> Optional[float]:
