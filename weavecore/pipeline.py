@@ -10,7 +10,7 @@ from weavecore.errors import Unsupported
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
-from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import (
     NAMES,
     Fabrication,
@@ -356,7 +356,10 @@ def _picture_of(product: Product) -> bytes:
 
 def _page_of(product: Product) -> bytes:
     sequence = None if product.weave is None else find_sequence(product.weave)
-    return encode_page(product.value, strands=product.strands, sequence=sequence)
+    strands = product.strands
+    if strands is None and product.lattice is not None:
+        strands = find_strands(product.lattice)
+    return encode_page(product.value, strands=strands, sequence=sequence)
 
 
 register_writer(PICTURE, _picture_of)

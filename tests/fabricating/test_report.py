@@ -15,7 +15,7 @@ from open_cloth import woven_cloth
 from weavecore import pipeline
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.folder_report import check_files
-from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import Fabrication, fabricate_weave
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import tube_latitudes

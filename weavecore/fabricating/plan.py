@@ -1,4 +1,4 @@
-"""What fabrication starts from: `Workshop`, the options of a workshop, and `RodPlan`, a weave in millimetres.
+"""`RodPlan`: a weave in millimetres, which all of fabrication starts from.
 
 A *station* is an arc length along the axis of a rod, from its start.  A *visit* is a place where a rod passes a node
 of the lattice; the M visits of all rods are rows in the order of ``strands.nodes``, rod by rod.
@@ -11,12 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.splines import CurveSamples, points_at_stations
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
+<<<<<<< HEAD
 OVERLAP, SLEEVE = "overlap", "sleeve"
 SPLICES = (OVERLAP, SLEEVE)
 DXF, SVG, PDF = "dxf", "svg", "pdf"
@@ -48,58 +48,10 @@ _MOST_MM = 1e6
 
 _STEP_IN_DIAMETERS = 2.0
 """The bending along a rod is sampled in steps of so many diameters where places for splices are rated."""
-
-
-@dataclass(frozen=True)
-class Workshop:
-    """Options of `fabricate`, in millimetres.
-
-    Parameters
-    ----------
-    stock : float
-        Length of the bars.
-    splice : str
-        ``"overlap"``: two pieces side by side past two crossings and 30 diameters; ``"sleeve"``: end to end in
-        a tube of 20 diameters between two crossings.
-    overhang : float
-        How far the free ends of rods reach beyond their last joint.
-    kerf : float
-        Length that the saw removes at each cut.
-    templates : tuple of str
-        Which of ``"dxf"``, ``"svg"`` and ``"pdf"`` are drawn.
-    paper : str
-        Paper of the PDF: ``"A4"`` to ``"A0"``.
-
-    Raises
-    ------
-    Unsupported
-    """
-
-    stock: float = 6000.0
-    splice: str = OVERLAP
-    overhang: float = 0.0
-    kerf: float = 0.0
-    templates: tuple[str, ...] = TEMPLATES
-    paper: str = "A3"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "templates", tuple(self.templates))
-        for label, least in (("stock", 1.0), ("overhang", 0.0), ("kerf", 0.0)):
-            value = getattr(self, label)
-            if not least <= value < _MOST_MM:
-                raise Unsupported(
-                    f"The {label} must be at least {least:g} mm and below 1 km (got {value:g} mm)",
-                    remedy=f"Change the {label}.",
-                )
-        known = (("splice", (self.splice,), SPLICES), ("template", self.templates, TEMPLATES))
-        for label, names, all_known in (*known, ("paper", (self.paper,), tuple(PAPERS))):
-            for name in names:
-                if name not in all_known:
-                    raise Unsupported(f"Unknown {label} {name!r}", remedy=f"Use one of: {', '.join(all_known)}.")
-
-    def sleeve_length(self, diameter: float) -> float:
-        """Length of the tube over a sleeved splice of rods of this diameter."""
-        return SLEEVE_DIAMETERS * diameter
+=======
+_SAMPLES_PER_WINDOW = 8
+"""Samples of an axis in one window of curvature; as `weavecore.weaving.bending` has, so that utilisations agree."""
+>>>>>>> w4
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder, count_of, greatest_of
 from weavecore.fabricating.nesting import least_bars
-from weavecore.fabricating.plan import KG_PER_MM3, LABELS_PER_PIECE, OVERLAP, OVERLAP_DIAMETERS, SPLICE_UTILISATION
+from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, OVERLAP, OVERLAP_DIAMETERS, SPLICE_UTILISATION
 from weavecore.geometry.arrays import Floats
 
 _LENGTH_LIMIT = 0.1

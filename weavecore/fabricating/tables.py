@@ -14,9 +14,10 @@ import numpy as np
 from weavecore.fabricating.csv_tables import Table, listed, mm, number, yes_no
 from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
 from weavecore.fabricating.nesting import Bar
-from weavecore.fabricating.plan import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, RodPlan, Workshop
+from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice, stagger
 from weavecore.fabricating.ties import Ties, size_of_tie
+from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, Workshop
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.splines import cubic_points, span_ends
 from weavecore.model import FAMILIES, BuildSequence
