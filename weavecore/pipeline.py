@@ -129,8 +129,8 @@ def link(
     pattern : str
         ``"triangular"``, ``"quad"``, ``"plain"``, ``"twill"``, ``"hexagonal"``, ``"kagome"`` or ``"diagonal"``.
     free_rings : bool
-        Whether nodes may leave the latitudes where that lets rods bend less.  By default rings keep their exact distance
-        from the borders; the patterns hexagonal, kagome and diagonal have no rings to keep.
+        Whether nodes may leave the latitudes where that lets rods bend less.  By default rings keep their exact
+        distance from the borders; the patterns hexagonal, kagome and diagonal have no rings to keep.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -142,9 +142,7 @@ def link(
     ------
     TooMuchWork, Unsupported
     """
-    return link_pattern(
-        latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress
-    )
+    return link_pattern(latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress)
 
 
 def weave(
@@ -161,7 +159,8 @@ def weave(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        In the model's unit; by default the thickest stock diameter in which nearly all rods can be bent to their places.
+        In the model's unit; by default the thickest stock diameter in which nearly all rods can be bent to their
+        places.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional

@@ -16,42 +16,8 @@ from weavecore.geometry.splines import CurveSamples, points_at_stations
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
-<<<<<<< HEAD
-OVERLAP, SLEEVE = "overlap", "sleeve"
-SPLICES = (OVERLAP, SLEEVE)
-DXF, SVG, PDF = "dxf", "svg", "pdf"
-TEMPLATES = (DXF, SVG, PDF)
-PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "A2": (594.0, 420.0), "A1": (841.0, 594.0), "A0": (1189.0, 841.0)}
-"""Width and height in millimetres, landscape (ISO 216)."""
-
-OVERLAP_DIAMETERS = 30.0
-"""Least length of an overlap, in diameters of the rod, as is usual for rods that are tied."""
-
-SLEEVE_DIAMETERS = 20.0
-"""Length of a sleeve, in diameters: each piece reaches ten diameters into it."""
-
-TAIL_DIAMETERS = 5.0
-"""How far an overlap reaches beyond the two crossings that hold it, in diameters: a tie on the very end slips off."""
-
-SPLICE_UTILISATION = 0.8
-"""Greatest bending utilisation where a rod is spliced: a fifth of the allowable stress is kept for the splice, which
-is stiffer than the rod and adds stress at its ends."""
-
-LABELS_PER_PIECE = 2
-"""One at each end."""
-
-KG_PER_MM3 = 1e-9
-"""One kg/m³ in kg/mm³."""
-
-_MOST_MM = 1e6
-"""Lengths of a workshop are below this (1 km): above it the unit was mistaken."""
-
 _STEP_IN_DIAMETERS = 2.0
 """The bending along a rod is sampled in steps of so many diameters where places for splices are rated."""
-=======
-_SAMPLES_PER_WINDOW = 8
-"""Samples of an axis in one window of curvature; as `weavecore.weaving.bending` has, so that utilisations agree."""
->>>>>>> w4
 
 
 @dataclass(frozen=True, eq=False)

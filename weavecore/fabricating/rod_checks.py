@@ -67,9 +67,7 @@ def _check_bending(folder: WrittenFolder) -> Iterator[CheckResult]:
     """Bending, measured again on the points of the axes."""
     rods, axes = folder.table("rods"), folder.axes
     closed = dict(zip(rods["rod_id"], rods["closed"]))
-    radius = {
-        rod: _least_radius(axes.points[axes.rod(k)], closed.get(rod) == "yes") for k, rod in enumerate(axes.ids)
-    }
+    radius = {rod: _least_radius(axes.points[axes.rod(k)], closed.get(rod) == "yes") for k, rod in enumerate(axes.ids)}
     measured = np.array([radius.get(rod, np.nan) for rod in rods["rod_id"]])
     yield greatest_of("rod_bending_utilisation", rods.floats("allowed_radius") / measured, 1.0, rods["rod_id"])
     stated = np.nan_to_num(rods.floats("min_radius"), nan=np.inf)
@@ -78,7 +76,7 @@ def _check_bending(folder: WrittenFolder) -> Iterator[CheckResult]:
 
 
 def _least_radius(points: Floats, closed: bool) -> float:
-    """The least radius of the circles through three points in a row of an axis (n, 3), infinite where it is straight."""
+    """The least radius of the circles through three points in a row of an axis (n, 3), infinite of a straight one."""
     if closed and len(points) > 2:
         points = np.concatenate([points[-2:-1], points])
     if len(points) < 3:

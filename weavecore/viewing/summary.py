@@ -96,7 +96,6 @@ def describe_weave(weave: Weave) -> Lines:
     weave : Weave
     """
     unit = weave.lattice.latitudes.surface.unit
-    bending = weave.bending
     ends, conflicts = _count(weave.n_ends_inside, "end"), _count(len(weave.conflicts), "conflict")
     rods = f"{len(weave):,}, median length {with_unit(weave.median_length, unit)}, {ends} inside"
     if len(weave.turns):
@@ -120,8 +119,8 @@ def _bending_text(weave: Weave) -> str:
         return f"all {len(weave):,} rods bend: {rod}; {least}"
     x, y, z = bending.point_at_min[s].tolist()
     thinner = with_unit(bending.largest_diameter.min(), unit)
-    text = f"{n_bad:,} of {len(weave):,} rods exceed the allowable stress: {rod}; {least}, at ({x:.6g}, {y:.6g}, {z:.6g})"
-    return f"{text}; all pass at {thinner} or thinner, or with a wider spacing"
+    text = f"{n_bad:,} of {len(weave):,} rods exceed the allowable stress: {rod}; {least}"
+    return f"{text}, at ({x:.6g}, {y:.6g}, {z:.6g}); all pass at {thinner} or thinner, or with a wider spacing"
 
 
 def regular_share(lattice: Lattice) -> Optional[float]:
