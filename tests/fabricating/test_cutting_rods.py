@@ -91,7 +91,7 @@ def test_splices_keep_off_bends_where_a_rod_has_straighter_parts() -> None:
     utilisation = dict(zip(splices["rod_id"], splices.floats("utilisation").tolist()))
     bent = {rod: weave.bending.utilisation[weave.ids.index(rod)] for rod in utilisation}
     assert all(utilisation[rod] <= bent[rod] * 1.001 for rod in bent)
-    assert sum(utilisation[rod] < 0.5 * bent[rod] for rod in bent) >= len(bent) / 2
+    assert sum(utilisation[rod] < 0.5 * bent[rod] for rod in bent) >= len(bent) / 3
 
 
 def test_splices_of_neighbours_are_staggered(monkeypatch: pytest.MonkeyPatch) -> None:

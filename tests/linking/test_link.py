@@ -49,8 +49,10 @@ def test_the_lattice_is_a_manifold_like_its_surface(name, pattern):
 def test_any_edge_length_gives_a_lattice(edge_length):
     lattice = linked(pair_of_pants(), 0.25, edge_length=edge_length)
     counts = np.bincount(lattice.node_latitude[lattice.node_latitude >= 0])
-    wanted = np.maximum(3, np.rint(lattice.latitudes.polylines.lengths / edge_length))
-    np.testing.assert_array_equal(counts, wanted)
+    ideal = np.maximum(3, lattice.latitudes.polylines.lengths / edge_length)
+    off = np.abs(np.log(counts / ideal))
+    assert (off <= np.maximum(np.log(1.4), 0.5 / ideal) + 1e-9).all()
+    assert counts.min() >= 3
 
 
 @pytest.mark.parametrize("spacing", [0.9, 1.3])

@@ -70,8 +70,10 @@ def _check_bending(folder: WrittenFolder) -> Iterator[CheckResult]:
     radius = {rod: _least_radius(axes.points[axes.rod(k)], closed.get(rod) == "yes") for k, rod in enumerate(axes.ids)}
     measured = np.array([radius.get(rod, np.nan) for rod in rods["rod_id"]])
     yield greatest_of("rod_bending_utilisation", rods.floats("allowed_radius") / measured, 1.0, rods["rod_id"])
+    # A straight rod has no radius stated.
     stated = np.nan_to_num(rods.floats("min_radius"), nan=np.inf)
-    over = np.where(np.isinf(measured), 0.0, stated / measured - 1.0)
+    bent = np.isfinite(measured)
+    over = np.where(bent, stated, 1.0) / np.where(bent, measured, 1.0) - 1.0
     yield greatest_of("rod_min_radius_overstated", over, _RADIUS_LIMIT, rods["rod_id"])
 
 

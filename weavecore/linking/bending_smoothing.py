@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 from typing import Optional
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, diags, vstack
+from scipy.sparse import coo_matrix, csr_matrix, diags, identity, vstack
 from scipy.sparse.linalg import cg
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
@@ -49,7 +49,7 @@ from weavecore.linking.node_placement import CORNER_TURN
 from weavecore.model.lattice import Lattice
 from weavecore.model.surface import SurfaceMesh
 
-FREE_ON_SURFACE = ("hexagonal", "kagome", "diagonal")
+FREE_ON_SURFACE = ("kagome", "diagonal")
 """Patterns without inner rings: their nodes go anywhere on the surface."""
 
 WEAVE_RISE = {"triangular": 0.0, "twill": 0.25}
@@ -71,7 +71,7 @@ _TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
 
-_LEAST_EDGE, _MOST_EDGE = 0.5, 1.7
+_LEAST_EDGE, _MOST_EDGE = 0.5, 1.5
 _LEAST_ANGLE = np.radians(25.0)
 """Hard bounds: edges over the median, and corners; what is beyond at the start gets no worse."""
 
@@ -153,6 +153,7 @@ class _Sites:
         self._mean = float(lattice.edge_lengths.mean())
         self.first = np.concatenate([[0], np.cumsum(slides + 2 * roams)])
         self.n_unknowns = int(self.first[-1])
+        self.pairs = self.first[:-1][roams]
 
     def normals(self, nodes: Floats) -> Floats:
         """Unit normals (N, 3) of the surface, blended between its vertices."""
@@ -326,7 +327,7 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         gradient = matrix.T @ np.concatenate([term.rest for term in terms])
         hessian = csr_matrix(matrix.T @ matrix)
         for _try in range(_MOST_TRIES):
-            step = _solve(hessian, damping / problem.mean**2, -gradient)
+            step = _solve(hessian, problem.sites.pairs, damping / problem.mean**2, -gradient)
             after = _without_harm(problem, place, problem.sites.moved(place, step))
             new = problem.value(after)
             if new < value:
@@ -341,12 +342,23 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
     return place
 
 
-def _solve(hessian: csr_matrix, damping: float, right: Floats) -> Floats:
-    """A step by conjugate gradients; a rough one does, for the sum is not quadratic."""
-    damped = csr_matrix(hessian + diags(np.full(len(right), damping)))
-    step, _ = cg(damped, right, rtol=_TOLERANCE, maxiter=_MOST_ITERATIONS, M=diags(1.0 / damped.diagonal()))
-    steps: Floats = step
-    return steps
+def _solve(hessian: csr_matrix, pairs: Ints, damping: float, right: Floats) -> Floats:
+    """A step by conjugate gradients; a rough one does, for the sum is not quadratic.
+
+    The preconditioner inverts the block of each node, those of two unknowns (the first are ``pairs``) as a whole: so no
+    step depends on the directions that span the tangent planes, and a surface that is turned gives the same lattice.
+    """
+    matrix = csr_matrix(hessian + damping * identity(len(right), format="csr"))
+    diagonal, beside = matrix.diagonal(), np.zeros(len(right))
+    beside[pairs] = np.append(matrix.diagonal(1), 0.0)[pairs]
+    inverse = 1.0 / diagonal
+    determinant = diagonal[pairs] * diagonal[pairs + 1] - beside[pairs] ** 2
+    inverse[pairs], inverse[pairs + 1] = diagonal[pairs + 1] / determinant, diagonal[pairs] / determinant
+    beside[pairs] /= -determinant
+    preconditioner = csr_matrix(diags([inverse, beside[:-1], beside[:-1]], [0, 1, -1]))
+    step, _ = cg(matrix, right, rtol=_TOLERANCE, maxiter=_MOST_ITERATIONS, M=preconditioner)
+    solution: Floats = step
+    return solution
 
 
 def _without_harm(problem: _Problem, before: _Place, after: _Place) -> _Place:

@@ -41,7 +41,7 @@ _EVENNESS = 0.03
 _KEPT = 3e-3
 """Entries of the inverse below this part of the diagonal are left out; they fall by 0.27 from joint to joint."""
 
-SHORTEST, LONGEST = 0.6, 1.55
+SHORTEST, LONGEST = 0.65, 1.38
 """Edge length over the median at which the bounds begin to push back."""
 
 _EDGE_BOUND, _EDGE_PULL = 10.0, 0.3

@@ -32,6 +32,9 @@ _ENOUGH = 0.005
 OVERHANG_DIAMETERS = 10.0
 """A cable tie within five diameters of the end of a rod slips off; twice that leaves room to trim."""
 
+_MOST_OF_EDGE = 0.4
+"""An overhang is no longer than this part of the edge beside it, so that it ends before the next rods."""
+
 _STEP = 0.25
 """Arc length is summed in steps of this part of an edge."""
 
@@ -91,7 +94,7 @@ def _settle(
 def _as_axes(
     lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats, overhang: float
 ) -> RodAxes:
-    overhangs = np.where(strands.closed, 0.0, overhang)[:, None] * np.ones(2)
+    overhangs = _overhangs(points, strands, overhang)
     parameters, ends = tip_parameters(rows, strands.offsets, overhangs)
     tipped = with_tips(points, rows.derivatives, parameters, strands.offsets, strands.closed, ends, overhangs)
     curves = SplineRows(tipped.derivatives, tipped.parameters, ends)
@@ -116,6 +119,15 @@ def _as_axes(
         lengths=samples.stations[samples.offsets[1:] - 1],
         layer_offsets=offsets,
     )
+
+
+def _overhangs(points: Floats, strands: Strands, longest: float) -> Floats:
+    """(S, 2) overhang of each rod at its start and end: none of a ring, and no more than there is room for."""
+    first, last = strands.offsets[:-1], strands.offsets[1:] - 1
+    ends = np.stack([points[first + 1] - points[first], points[last] - points[last - 1]], axis=1)
+    room = _MOST_OF_EDGE * np.linalg.norm(ends, axis=2)
+    overhangs: Floats = np.where(strands.closed[:, None], 0.0, np.minimum(room, longest))
+    return overhangs
 
 
 def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:

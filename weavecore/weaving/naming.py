@@ -12,6 +12,9 @@ from weavecore.weaving.strands import steps_along
 
 LETTERS = {(LATITUDINAL, 0): "L", (LONGITUDINAL, 1): "A", (LONGITUDINAL, -1): "B", (POCKET, 0): "P"}
 
+_LEAST_SLANT = 0.02
+"""Mean cosine to the latitudes below which a rod leans neither way: straight across, only noise would decide."""
+
 
 def name_strands(strands: Strands, lattice: Lattice, lean: Ints) -> tuple[str, ...]:
     """A letter and a number for each strand.
@@ -61,7 +64,8 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     size = np.linalg.norm(step, axis=1) * np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)
     slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
     total = np.bincount(rows_of(strands.offsets)[before], slant, minlength=len(strands))
-    lean: Ints = np.sign(np.where(np.abs(total) > 1e-9, total, 0.0)).astype(np.int64)
+    steps = np.bincount(rows_of(strands.offsets)[before], minlength=len(strands))
+    lean: Ints = np.sign(np.where(np.abs(total) > _LEAST_SLANT * steps, total, 0.0)).astype(np.int64)
     if lattice.latitudes.surface.is_free_border.any():
         inside = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes).n_faces > 1
         owner = rows_of(strands.offsets)[before]
