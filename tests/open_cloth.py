@@ -136,4 +136,4 @@ def cloth_latitudes(name: str) -> Latitudes:
 @cache
 def woven_cloth(name: str, pattern: str) -> Weave:
     """The weave on the latitudes of one of the plates."""
-    return weave_lattice(link_pattern(cloth_latitudes(name), pattern=pattern))
+    return weave_lattice(link_pattern(cloth_latitudes(name), pattern=pattern), rod_diameter=1.0)

@@ -8,11 +8,15 @@ from weavecore.weaving.stock import choose_diameter, stock_diameters
 from woven_rods import tube_latitudes
 
 
-def test_the_thickest_of_the_stock_that_passes_nearly_all_joints_is_chosen() -> None:
+def test_the_thickest_of_the_stock_with_which_all_pass_is_chosen() -> None:
+    assert choose_diameter(np.linspace(1.9, 9.0, 1000), (1.0, 1.5, 2.0, 3.0)) == 1.5
+
+
+def test_a_few_joints_that_ask_for_much_thinner_rods_do_not_decide() -> None:
     largest = np.linspace(1.9, 9.0, 1000)
-    assert choose_diameter(largest, (1.0, 1.5, 2.0, 3.0)) == 1.5
-    assert choose_diameter(np.append(largest, [0.1] * 5), (1.0, 1.5, 2.0, 3.0)) == 1.5
-    assert choose_diameter(np.append(largest, [0.1] * 50), (1.0, 1.5, 2.0, 3.0)) == 1.0
+    assert choose_diameter(np.append(largest, [0.1] * 5), (0.1, 1.0, 1.5, 2.0, 3.0)) == 1.5
+    assert choose_diameter(np.append(largest, [1.2] * 5), (0.1, 1.0, 1.5, 2.0, 3.0)) == 1.0
+    assert choose_diameter(np.append(largest, [0.1] * 50), (0.1, 1.0, 1.5, 2.0, 3.0)) == 0.1
 
 
 def test_the_thinnest_of_the_stock_is_chosen_where_none_passes() -> None:

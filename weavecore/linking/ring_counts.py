@@ -27,6 +27,9 @@ _BORDER_BANDS = 3
 _BESIDE_BORDER = 4.0
 """In the first bands, where rods from the border would end with fewer than four joints, each end counts so often."""
 
+_DIGITS = 6
+"""Sums are compared to so many digits: on symmetric surfaces rounding errors must not decide between equal ones."""
+
 _MOST_CHOICES = 256
 """Counts to choose from for one tree of polylines; where there are more whole numbers some are left out."""
 
@@ -66,12 +69,12 @@ def choose_counts(
     change = np.abs(choices[:, None] - choices[None, :]).astype(np.float64)
     best = np.zeros((len(ideal), len(choices)), np.int64)
     for parent, child in pairs[np.argsort(-pairs[:, 1], kind="stable")].tolist():
-        total = weight[child] * change + jump * (change > 0) + cost[child][None, :]
+        total = np.round(weight[child] * change + jump * (change > 0) + cost[child][None, :], _DIGITS)
         best[child] = total.argmin(axis=1)
         cost[parent] += total.min(axis=1)
     chosen = np.empty(len(ideal), np.int64)
     roots = np.setdiff1d(np.arange(len(ideal)), pairs[:, 1])
-    chosen[roots] = cost[roots].argmin(axis=1)
+    chosen[roots] = np.round(cost[roots], _DIGITS).argmin(axis=1)
     for parent, child in pairs[np.argsort(pairs[:, 1], kind="stable")].tolist():
         chosen[child] = best[child, chosen[parent]]
     counts: Ints = choices[chosen]

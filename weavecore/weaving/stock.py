@@ -1,8 +1,8 @@
 """Stock diameters: what rods are sold in, and the thickest that a weave can be bent from.
 
-A rod passes a joint up to the diameter at which its bend there uses up the allowable stress.  The diameter
-that is chosen is the thickest of a list with which rods pass at least `LEAST_SHARE` of their joints; where not even
-the thinnest of the list does, it is the thinnest.
+A rod passes a joint up to the diameter at which its bend there uses up the allowable stress.  The diameter that is
+chosen is the thickest of a list with which all rods pass; where few joints ask for a much thinner rod than all others,
+it is the thickest that passes nearly all joints, and the rods are broken at the few.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from weavecore.units import METRES, NO_UNIT
 
 LEAST_SHARE = 0.99
 """Share of the joints at which rods of the chosen diameter can be bent: at the others they are broken."""
+
+LEAST_OF_THICKEST = 0.5
+"""So much of its thickness is given up rather than break a rod: half the diameter is a quarter of the material."""
 
 LEAST_RODS = 0.98
 """Share of the rods that must pass once they are broken; else a thinner diameter of the stock is tried."""
@@ -63,19 +66,30 @@ def _table() -> dict[tuple[str, str], tuple[Fraction, ...]]:
 
 
 def choose_diameter(largest: Floats, stock: Sequence[float]) -> float:
-    """The thickest diameter of the stock with which rods pass `LEAST_SHARE` of their joints, else the thinnest.
+    """The diameter for a weave, from what each of its joints allows.
 
-    Without a stock it is the largest diameter itself with which that share passes, rounded down to two digits.
+    The thickest with which rods pass all joints, if that is at least `LEAST_OF_THICKEST` of the thickest with which
+    they pass `LEAST_SHARE` of them; else the latter.  The thinnest of the stock where neither is in it.
 
     Parameters
     ----------
     largest : (M,) float64
         The largest diameter that passes at each visit of a rod to a joint.
     stock : sequence of float
-        Rising, in the same unit; may be empty.
+        Rising, in the same unit; if it is empty any diameter of two digits will do.
+
+    Returns
+    -------
+    float
     """
-    n_may_fail = int(np.floor((1.0 - LEAST_SHARE) * len(largest)))
-    most = float(np.sort(largest)[n_may_fail])
+    rising = np.sort(largest)
+    everywhere = _in_stock(float(rising[0]), stock)
+    nearly = _in_stock(float(rising[int(np.floor((1.0 - LEAST_SHARE) * len(rising)))]), stock)
+    return everywhere if everywhere >= LEAST_OF_THICKEST * nearly else nearly
+
+
+def _in_stock(most: float, stock: Sequence[float]) -> float:
+    """The thickest of the stock that is no thicker, else the thinnest; without a stock rounded down to two digits."""
     if len(stock):
         return max([size for size in stock if size <= most], default=min(stock))
     step = 10.0 ** (np.floor(np.log10(most)) - 1.0)
