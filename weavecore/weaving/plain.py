@@ -61,8 +61,8 @@ def alternate(lattice: Lattice, strands: Strands, shared_nodes: SharedNodes) -> 
     -------
     list of (M,) float64
         Wanted height of each visit among those of its joint.  At joints of two rods it is 1 or -1.  At joints of more
-        it is minus the sum of those of its neighbours along the rod; a ring of a border lies between the ends of the rods
-        that it holds.
+        it is minus the sum of those of its neighbours along the rod; a ring of a border lies between the ends of the
+        rods that it holds.
     """
     sign = visit_signs(strands, shared_nodes)
     before, after = steps_along(strands)

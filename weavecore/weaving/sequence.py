@@ -25,7 +25,7 @@ from weavecore.model.weave import Weave
 _NONE = -1
 
 _LESS_THAN_HALF = 0.49
-"""Bound of what a mean depth adds to the generation of a cut ring: below a half, so that rounding gives the generation."""
+"""Bound of what a mean depth adds to the generation of a cut ring: below a half, so that it is rounded off."""
 
 
 @dataclass(frozen=True, eq=False)
