@@ -98,7 +98,7 @@ def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:
         parents[child].append(int(place[parent]))
     order = np.lexsort([place, generation]).tolist()
     branches = [((int(generation[p]), int(place[p])), parents[p]) for p in order]
-    return LatitudeResults(_data_tree(_grouped(generation, curves)), _data_tree(branches))
+    return LatitudeResults(data_tree(grouped(generation, curves)), data_tree(branches))
 
 
 def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
@@ -124,8 +124,8 @@ def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
     quads = fan_quads(lattice.face_offsets, lattice.face_nodes)[0]
     return LatticeResults(
         nodes=list(run.drawing.points(lattice.nodes)),
-        rings=_data_tree(_grouped(*_columns(family[LATITUDINAL]))),
-        longitudes=_data_tree(_grouped(*_columns(family[LONGITUDINAL]))),
+        rings=data_tree(grouped(*_columns(family[LATITUDINAL]))),
+        longitudes=data_tree(grouped(*_columns(family[LONGITUDINAL]))),
         pockets=run.drawing.lines(lattice.nodes[pocket[:, 0]], lattice.nodes[pocket[:, 1]]),
         mesh=run.drawing.mesh(lattice.nodes, quads),
     )
@@ -151,10 +151,10 @@ def draw_rods(run: Run, weave: Weave) -> RodResults:
     place = _places(np.asarray(branch)).tolist()
     layers = [((branch[s], place[s]), under[ends[s] : ends[s + 1]]) for s in range(len(weave))]
     return RodResults(
-        rods=_data_tree(_grouped(branch, curves)),
-        names=_data_tree(_grouped(branch, weave.ids)),
-        layers=_data_tree(sorted(layers, key=lambda part: part[0])),
-        utilisation=_data_tree(_grouped(branch, weave.bending.utilisation.tolist())),
+        rods=data_tree(grouped(branch, curves)),
+        names=data_tree(grouped(branch, weave.ids)),
+        layers=data_tree(sorted(layers, key=lambda part: part[0])),
+        utilisation=data_tree(grouped(branch, weave.bending.utilisation.tolist())),
     )
 
 
@@ -178,8 +178,18 @@ def _columns(rows: list[tuple[Any, Any]]) -> tuple[list[Any], list[Any]]:
     return [row[0] for row in rows], [row[1] for row in rows]
 
 
-def _data_tree(branches: Iterable[_Branch]) -> Any:
-    """A ``DataTree`` of branches in their order; those of one path are put together."""
+def data_tree(branches: Iterable[_Branch]) -> Any:
+    """Make a ``DataTree`` of branches in their order; those of one path are put together.
+
+    Parameters
+    ----------
+    branches : iterable of (path, items)
+        A path is a tuple of whole numbers.
+
+    Returns
+    -------
+    DataTree[Object]
+    """
     grasshopper: Any = import_module("Grasshopper")
     paths: Any = import_module("Grasshopper.Kernel.Data")
     system: Any = import_module("System")
@@ -194,8 +204,19 @@ def _data_tree(branches: Iterable[_Branch]) -> Any:
     return tree
 
 
-def _grouped(keys: Iterable[int], items: Iterable[Any]) -> list[_Branch]:
-    """One branch for each key, rising, with its items in their order."""
+def grouped(keys: Iterable[int], items: Iterable[Any]) -> list[_Branch]:
+    """Make one branch for each key, rising, with its items in their order.
+
+    Parameters
+    ----------
+    keys, items : iterable
+        A whole number for each item.
+
+    Returns
+    -------
+    list of (path, items)
+        The path of a branch is its key alone.
+    """
     branches: dict[int, list[Any]] = {}
     for key, item in zip(keys, items):
         branches.setdefault(int(key), []).append(item)
