@@ -239,8 +239,8 @@ def _key_of(compute: Compute, inputs: Mapping[str, Any], folder: Path) -> Option
     # A text may name a file beside the definition, which is another input once it has changed.
     files = [str(folder / value) for value in inputs.values() if isinstance(value, str)]
     try:
-        return _digest([document_unit()._asdict(), dict(inputs), files, _text_of(compute.__code__)])
-    except _Indistinct:
+        return digest([document_unit()._asdict(), dict(inputs), files, _text_of(compute.__code__)])
+    except Indistinct:
         return None
 
 
@@ -258,24 +258,40 @@ def _escape_pressed() -> bool:
     return bool(kernel.GH_Document.IsEscapeKeyDown())
 
 
-class _Indistinct(TypeError):
+class Indistinct(TypeError):
     """A value has nothing by which it differs from others of its kind."""
 
 
-def _digest(value: Any) -> str:
-    """Hash of a value as a text; raises `_Indistinct` where its kind gives nothing to compare."""
+def digest(value: Any) -> str:
+    """Hash a value.
+
+    Parameters
+    ----------
+    value : object
+        A number, text, array, value of weavecore, geometry of Rhino, or a list or dict of these.
+
+    Returns
+    -------
+    str
+        The same for equal values.
+
+    Raises
+    ------
+    Indistinct
+        Where its kind gives nothing to compare.
+    """
     if is_dataclass(value) and not isinstance(value, type):
         if value not in _known:
-            _known[value] = _hash(type(value).__name__, *(_digest(getattr(value, f.name)) for f in fields(value)))
+            _known[value] = _hash(type(value).__name__, *(digest(getattr(value, f.name)) for f in fields(value)))
         return _known[value]
     if value is None or isinstance(value, (bool, int, float, str, bytes)):
         return _hash(type(value).__name__, repr(value), _file_state(value))
     if isinstance(value, np.ndarray):
         return _hash(value.dtype.str, str(value.shape), np.ascontiguousarray(value).tobytes())
     if isinstance(value, dict):
-        return _hash("dict", *(_digest(part) for pair in value.items() for part in pair))
+        return _hash("dict", *(digest(part) for pair in value.items() for part in pair))
     if is_rhino_mesh(value):
-        return _hash("mesh", _digest(rhino_vertices(value)), _digest(rhino_faces(value)))
+        return _hash("mesh", digest(rhino_vertices(value)), digest(rhino_faces(value)))
     return _of_rhino(value)
 
 
@@ -284,15 +300,15 @@ def _of_rhino(value: Any) -> str:
     kind = type(value).__name__
     if hasattr(value, "DataCRC"):
         box = value.GetBoundingBox(False)
-        return _hash(kind, str(value.DataCRC(0)), _digest(box.Min), _digest(box.Max))
+        return _hash(kind, str(value.DataCRC(0)), digest(box.Min), digest(box.Max))
     if hasattr(value, "Encode"):
         return _hash(kind, json.dumps(value.Encode(), sort_keys=True))
     for names in _COMPARED_BY:
         if all(hasattr(value, name) for name in names):
-            return _hash(kind, *(_digest(getattr(value, name)) for name in names))
+            return _hash(kind, *(digest(getattr(value, name)) for name in names))
     if isinstance(value, Iterable):
-        return _hash("list", *(_digest(part) for part in value))
-    raise _Indistinct(f"A {kind} cannot be compared with another")
+        return _hash("list", *(digest(part) for part in value))
+    raise Indistinct(f"A {kind} cannot be compared with another")
 
 
 def _file_state(value: Any) -> str:
