@@ -1,9 +1,9 @@
-"""The command ``weavecore``: its parts put together, and how it ends.
+"""The command ``weavecore``: its subcommands and exit status.
 
 Exit status: 0 done, 1 refused (one line on the error stream), 2 wrong usage, 130 stopped by the user.
 What is costly to import is imported where it is used: ``--help`` answers at once.
 """
-# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
+# ruff: noqa: FA100 - typer reads the annotations, on Python 3.9 only where they are not strings.
 
 import contextlib
 import io
@@ -31,10 +31,22 @@ app = typer.Typer(
 )
 
 REFUSED = 1
+"""Exit status where weavecore raised an error of its own."""
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
-    """Run the command with these arguments, by default those of the process, and exit with its status."""
+    """Run the command and exit with its status.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        By default those of the process.
+
+    Raises
+    ------
+    SystemExit
+        Always.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # A name or sign that the terminal lacks must not end the work.
             stream.reconfigure(errors="replace")
@@ -43,7 +55,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
             app(arguments, prog_name="weavecore")
         sys.exit(0)
     finally:
-        # A reader that has gone away, as head does, is no error; without this Python would complain at its end.
+        # A reader that has gone away, as head does, is not an error; without this Python would report one at its end.
         try:
             sys.stdout.flush()
         except BrokenPipeError:
@@ -60,7 +72,9 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def _weavecore(
-    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Tell it.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
 ) -> None: ...
 
 

@@ -1,7 +1,7 @@
-"""The errors of weavecore: one base, one class a kind, each with a stable code.
+"""The errors of weavecore: one base, a class for each kind, each with a stable code.
 
-An error says what is wrong, where (the offending ids) and how to mend it.  Every
-kind is also the builtin that fits, so that ``except ValueError`` works as well.
+An error states what is wrong, where (the offending ids) and how to mend it.  Every kind also derives from the builtin
+exception that fits, so that ``except ValueError`` works as well.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from typing import ClassVar
 
 _MOST_IDS_SHOWN = 8
+"""Ids that a message lists; with more it counts them."""
 
 
 class WeaveError(Exception):
@@ -22,7 +23,7 @@ class WeaveError(Exception):
     remedy : str
         One sentence: how to mend it.
     ids : iterable, optional
-        What offends: faces, vertices, object ids or layer names.
+        The offending faces, vertices, object ids or layer names.
     kind : str, optional
         What the ids are: ``"face"``, ``"vertex"``, ``"object"``, ``"layer"``…
     """
@@ -45,7 +46,7 @@ class WeaveError(Exception):
 
 
 class NotOrientable(WeaveError, ValueError):
-    """The faces cannot be turned so that all look to the same side (a Moebius strip)."""
+    """The faces cannot be oriented consistently (a Moebius strip)."""
 
     code = "NOT_ORIENTABLE"
 
@@ -87,7 +88,7 @@ class AmbiguousSurface(WeaveError, LookupError):
 
 
 class BadCurve(WeaveError, ValueError):
-    """Distances cannot start at a curve: it lies off the surface, crosses itself, or is no line at all."""
+    """Distances cannot start at a curve: it lies off the surface, crosses itself, or has no length."""
 
     code = "BAD_CURVE"
 
@@ -147,6 +148,6 @@ class Broken(WeaveError, ValueError):
 
 
 class UnitUnknown(UserWarning):
-    """The file says no unit: lengths are taken as they are."""
+    """The file states no unit: lengths are taken as they are."""
 
     code = "UNIT_UNKNOWN"

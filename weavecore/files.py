@@ -28,10 +28,17 @@ _REMEDIES = {
     errno.EACCES: "Close the file in other programs, or write to a folder that is yours.",
     errno.EPERM: "Close the file in other programs, or write to a folder that is yours.",
 }
+"""Remedies by the error number of the operating system."""
 
 
 def check_targets(paths: Iterable[PathLike], *, overwrite: bool = False) -> None:
     """Raise what `write_together` would raise before its first byte, without writing.
+
+    Parameters
+    ----------
+    paths : iterable of path
+    overwrite : bool
+        Whether files that are there already may be replaced.
 
     Raises
     ------
@@ -46,12 +53,24 @@ def check_targets(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
         if target in seen:
             raise NotWritten(f"{path} is named for two outputs", remedy="Give each output its own file.")
         seen.add(target)
-        with _told_as_not_written(path):
+        with _raising_not_written(path):
             _check_target(Path(path), target, overwrite)
 
 
 def write_whole(path: PathLike, content: bytes, *, overwrite: bool = False) -> None:
-    """Write one file; see `write_together`."""
+    """Write one file; see `write_together`.
+
+    Parameters
+    ----------
+    path : path
+    content : bytes
+    overwrite : bool
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    OutputExists, NotWritten
+    """
     write_together({path: content}, overwrite=overwrite)
 
 
@@ -73,7 +92,7 @@ def write_together(contents: Mapping[PathLike, bytes], *, overwrite: bool = Fals
     try:
         for path, content in contents.items():
             target = _resolved(path)
-            with _told_as_not_written(path):
+            with _raising_not_written(path):
                 draft = _open_draft(target)
                 drafts.append((draft, target))
                 _fill(draft, content)
@@ -81,7 +100,7 @@ def write_together(contents: Mapping[PathLike, bytes], *, overwrite: bool = Fals
                     shutil.copymode(target, draft)
         check_targets(contents, overwrite=overwrite)
         for path, (draft, target) in zip(contents, drafts):
-            with _told_as_not_written(path):
+            with _raising_not_written(path):
                 draft.replace(target)
     finally:
         for draft, _ in drafts:
@@ -92,6 +111,14 @@ def write_together(contents: Mapping[PathLike, bytes], *, overwrite: bool = Fals
 def check_folder(path: PathLike, names: Iterable[str], *, overwrite: bool = False) -> None:
     """Raise what `write_folder` would raise before its first byte, without writing.
 
+    Parameters
+    ----------
+    path : path
+    names : iterable of str
+        Files that the folder may hold and that may be lost.
+    overwrite : bool
+        Whether a folder that is there already may be replaced.
+
     Raises
     ------
     OutputExists
@@ -101,7 +128,7 @@ def check_folder(path: PathLike, names: Iterable[str], *, overwrite: bool = Fals
         something that is not among ``names``.
     """
     target = _resolved(path)
-    with _told_as_not_written(path):
+    with _raising_not_written(path):
         if not target.exists():
             if not target.parent.is_dir():
                 raise NotWritten(
@@ -109,11 +136,11 @@ def check_folder(path: PathLike, names: Iterable[str], *, overwrite: bool = Fals
                 )
             return
         if not target.is_dir():
-            raise NotWritten(f"{path} is no folder", remedy="Give the path of a folder.")
+            raise NotWritten(f"{path} is not a folder", remedy="Give the path of a folder.")
         strangers = sorted({one.name for one in target.iterdir()} - set(names))
         if strangers:
             raise NotWritten(
-                f"The folder {path} holds other things, which would be lost",
+                f"The folder {path} holds other files, which would be lost",
                 remedy="Name a folder of its own for the output.",
                 ids=strangers,
                 kind="file",
@@ -145,7 +172,7 @@ def write_folder(
     check_folder(path, known, overwrite=overwrite)
     target = _resolved(path)
     drafts: list[Path] = []
-    with _told_as_not_written(path):
+    with _raising_not_written(path):
         try:
             drafts.append(_make_draft_folder(target))
             for name, content in contents.items():
@@ -218,7 +245,7 @@ def _fill(draft: Path, content: bytes) -> None:
 
 
 @contextlib.contextmanager
-def _told_as_not_written(path: PathLike) -> Iterator[None]:
+def _raising_not_written(path: PathLike) -> Iterator[None]:
     try:
         yield
     except (NotWritten, OutputExists):
@@ -226,5 +253,5 @@ def _told_as_not_written(path: PathLike) -> Iterator[None]:
     except OSError as error:
         raise NotWritten(
             f"{path} could not be written: {error.strerror or error}",
-            remedy=_REMEDIES.get(error.errno or 0, "Look at the folder and its rights, or write to another one."),
+            remedy=_REMEDIES.get(error.errno or 0, "Check the folder and its permissions, or write to another one."),
         ) from error

@@ -81,7 +81,7 @@ class Length:
             return self.value
         if unit not in METRES:
             raise Unsupported(
-                f"The file says no unit, so {self} cannot be converted",
+                f"The file states no unit, so {self} cannot be converted",
                 remedy="Give the length as a plain number in the file's own unit.",
             )
         # One rounding less than by way of metres: 120 mm in Meters is 0.12 to the last bit.
@@ -104,14 +104,14 @@ class Lengths:
         return [length.in_unit(unit) for length in self.lengths]
 
 
-def millimetres_in(unit: str, told: Optional[str] = None) -> float:
-    """Millimetres in one of the units that a file states, or, where it states none, in the one that is told.
+def millimetres_in(unit: str, stated: Optional[str] = None) -> float:
+    """Millimetres in one of the units of a file, or, where the file states none, of the unit that the user states.
 
     Parameters
     ----------
     unit : str
-        Rhino's name.
-    told : str, optional
+        Rhino's name of the file's unit, or "None".
+    stated : str, optional
         A suffix such as ``mm``, or Rhino's name.
 
     Raises
@@ -119,16 +119,16 @@ def millimetres_in(unit: str, told: Optional[str] = None) -> float:
     Unsupported
         Where neither is known, or they contradict each other.
     """
-    name = SUFFIXES.get(told, told) if told else None
+    name = SUFFIXES.get(stated, stated) if stated else None
     if name is not None and name not in METRES:
-        raise Unsupported(f"There is no unit {told!r}", remedy=f"Take one of: {', '.join(SUFFIXES)}.")
+        raise Unsupported(f"There is no unit {stated!r}", remedy=f"Take one of: {', '.join(SUFFIXES)}.")
     if unit in METRES and name not in (None, unit):
-        raise Unsupported(f"The result is in {unit}, not in {name}", remedy="Leave the unit away.")
+        raise Unsupported(f"The result is in {unit}, not in {name}", remedy="Omit the unit.")
     chosen = unit if unit in METRES else name
     if chosen is None:
         raise Unsupported(
             "The result states no unit, and rods are cut in millimetres",
-            remedy="Say which it is: --unit mm, unit='mm'.",
+            remedy="State it: --unit mm, unit='mm'.",
         )
     return METRES[chosen] / METRES["Millimeters"]
 
@@ -136,10 +136,19 @@ def millimetres_in(unit: str, told: Optional[str] = None) -> float:
 def parse_length(text: str) -> Length:
     """Read a typed length.
 
+    Parameters
+    ----------
+    text : str
+        A number with or without a suffix of `SUFFIXES`.
+
+    Returns
+    -------
+    Length
+
     Raises
     ------
     ValueError
-        Where the text is no number, is not above 0, or has a suffix that is not in `SUFFIXES`.
+        Where the text is not a number, is not above 0, or has a suffix that is not in `SUFFIXES`.
     """
     match = _TYPED.fullmatch(text)
     if not match:
@@ -153,6 +162,20 @@ def parse_length(text: str) -> Length:
 
 
 def with_unit(length: float, unit: str, *, digits: int = 5) -> str:
-    """A length for a person to read, with the suffix of its unit, or the unit's name where it has no suffix."""
+    """Write a length for a person to read.
+
+    Parameters
+    ----------
+    length : float
+    unit : str
+        Rhino's name; "" or "None" where there is none.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        With the suffix of the unit, or the unit's name where it has no suffix.
+    """
     name = "" if unit in ("", NO_UNIT) else _SHORT.get(unit, unit.lower())
     return f"{length:,.{digits}g} {name}".rstrip()

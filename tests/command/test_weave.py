@@ -52,7 +52,7 @@ def test_lengths_are_converted_to_the_unit_of_the_file(run: Run, typed: str, met
 def test_a_file_without_unit_takes_plain_numbers_only(run: Run, folder: Path) -> None:
     ended = run("weave", "tube.obj", "--json", "w.json", "--spacing", "1000mm")
     assert ended.status == 1
-    assert ended.err.startswith("weavecore: UNSUPPORTED: The file says no unit, so 1,000 mm cannot be converted.")
+    assert ended.err.startswith("weavecore: UNSUPPORTED: The file states no unit, so 1,000 mm cannot be converted.")
     assert not Path("w.json").exists()
     assert run("weave", "tube.obj", "--json", "w.json", "--spacing", "1").status == 0
 

@@ -50,7 +50,7 @@ def test_a_folder_that_is_there_is_kept_unless_it_may_be_replaced(tmp_path: Path
 def test_a_folder_with_other_things_in_it_is_never_replaced(tmp_path: Path) -> None:
     target = make_old(tmp_path)
     (target / "thesis.doc").write_bytes(b"dear")
-    with pytest.raises(NotWritten, match="other things") as refused:
+    with pytest.raises(NotWritten, match="other files") as refused:
         files.write_folder(target, NEW, names=OLD, overwrite=True)
     assert refused.value.ids == ("thesis.doc",)
     assert content_of(target) == {**OLD, "thesis.doc": b"dear"}
@@ -92,7 +92,7 @@ def test_the_old_folder_comes_back_when_the_new_one_cannot_take_its_place(
 
 def test_a_file_or_a_missing_folder_is_no_place(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(NotWritten, match="no folder"):
+    with pytest.raises(NotWritten, match="not a folder"):
         files.write_folder(tmp_path / "file", NEW, overwrite=True)
     with pytest.raises(NotWritten, match="does not exist"):
         files.write_folder(tmp_path / "nowhere" / "out", NEW)

@@ -1,7 +1,7 @@
-"""What Grasshopper's components do beside calling a stage.
+"""Support for the Grasshopper components: read inputs, run a stage, keep and show its result.
 
-A *solution* is one run of a component.  Its inputs that are not wired are None; `solve` keeps silent until those that
-are needed are there, keeps results of the same inputs, and turns whatever is wrong into a balloon.
+A *solution* is one run of a component.  Its inputs that are not wired are None; `solve` does nothing until those that
+are needed are there, keeps results of the same inputs, and turns every error into a balloon.
 Nothing here imports Grasshopper before it is needed, so that it can be tested without.
 """
 

@@ -1,4 +1,4 @@
-"""What comes through wires: any geometry as a surface in the document's unit, and lists of numbers."""
+"""Inputs of components: any geometry as a surface in the unit of the document, curves, and lists of numbers."""
 
 from __future__ import annotations
 
@@ -28,19 +28,23 @@ def read_geometry(
     edge: Optional[float] = None,
     plane: Any = None,
 ) -> SurfaceMesh:
-    """The surface that a geometry, the id of an object of Rhino, or the path of a file is.
+    """Read a surface from geometry, the id of an object of Rhino, or the path of a file.
 
     Parameters
     ----------
     run : Run
     geometry : object
-        Geometry of Rhino, a ``Guid``, a path, or a `SurfaceMesh`, which is given back.
+        Geometry of Rhino, a ``Guid``, a path, or a `SurfaceMesh`, which is returned as it is.
     layer, name : str, optional
         Which object of a file is meant.
     edge : float, optional
-        Length of an edge where the surface is no mesh yet, in the document's unit.
+        Edge length of the mesh that is made of a surface, in the document's unit.
     plane : Plane, optional
         Cuts a closed surface in two.
+
+    Returns
+    -------
+    SurfaceMesh
 
     Raises
     ------
@@ -56,7 +60,7 @@ def read_geometry(
         target = Length(edge, unit) if edge is not None and unit in METRES else edge
         options: dict[str, Any] = {"edge_target": target, "cut_plane": cut_plane, "progress": run.progress}
         surface = pipeline.read_surface(path, layer=layer, object=name, guarded=_can_be_guarded(), **options)
-        return in_unit(surface, unit, run.remark)
+        return _in_unit(surface, unit, run.remark)
     if type(geometry).__name__ == "Guid":
         geometry = _referenced(geometry)
     unit, tolerance = run.document
@@ -65,41 +69,8 @@ def read_geometry(
     )
 
 
-def numbers(values: Any) -> Union[float, list[float], None]:
-    """The numbers that come to an input of list access: None where there are none, a single one by itself."""
-    if values is None or isinstance(values, (int, float)):
-        return values
-    found = [float(value) for value in values if value is not None]
-    return found if len(found) > 1 else found[0] if found else None
-
-
-def chosen(values: Any) -> Optional[list[int]]:
-    """The whole numbers that come to an input of list access; None where there are none."""
-    found = [values] if isinstance(values, (int, float)) else values or ()
-    return [int(value) for value in found if value is not None] or None
-
-
-def read_curves(run: Run, values: Any) -> Optional[list[Floats]]:
-    """Points along the curves that come to an input of list access; None where there are none.
-
-    Parameters
-    ----------
-    run : Run
-    values : iterable
-        Curves of Rhino, or the ids of such objects.
-
-    Raises
-    ------
-    WeaveError
-        As `weavecore.reading.curves_from`.
-    """
-    found = [_referenced(value) if type(value).__name__ == "Guid" else value for value in values or ()]
-    curves = [curve for curve in found if curve is not None]
-    return pipeline.curves_from(curves, tolerance=run.document.tolerance) or None
-
-
-def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:
-    """The surface in another unit; as it is where one of both is not known."""
+def _in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:
+    """The surface in another unit; unchanged where either unit is not known."""
     if surface.unit == unit or surface.unit not in METRES or unit not in METRES:
         return surface
     # A division leaves one rounding less: 120 mm are 0.12 m to the last bit.
@@ -109,11 +80,34 @@ def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> S
 
 
 def _can_be_guarded() -> bool:
-    """Whether a process of its own can read a file: a damaged one would take Rhino with it.
+    """Whether a child process can read a file, so that a damaged one does not crash this one.
 
-    It cannot where what runs is Rhino itself, which would only be started once more.
+    Not inside Rhino, where ``sys.executable`` would start Rhino once more.
     """
     return Path(sys.executable or "").stem.lower().startswith("python")
+
+
+def read_curves(run: Run, values: Any) -> Optional[list[Floats]]:
+    """Points along the curves that come to an input of list access.
+
+    Parameters
+    ----------
+    run : Run
+    values : iterable
+        Curves of Rhino, or the ids of such objects.
+
+    Returns
+    -------
+    list of (n, 3) float64, or None where there are none
+
+    Raises
+    ------
+    WeaveError
+        As `weavecore.reading.curves_from`.
+    """
+    found = [_referenced(value) if type(value).__name__ == "Guid" else value for value in values or ()]
+    curves = [curve for curve in found if curve is not None]
+    return pipeline.curves_from(curves, tolerance=run.document.tolerance) or None
 
 
 def _referenced(object_id: Any) -> Any:
@@ -130,3 +124,36 @@ def _tables() -> list[Any]:
     """The objects of both documents, as far as there are any."""
     documents = [import_module("Rhino").RhinoDoc.ActiveDoc, getattr(import_module("scriptcontext"), "doc", None)]
     return [document.Objects for document in documents if document is not None]
+
+
+def numbers(values: Any) -> Union[float, list[float], None]:
+    """The numbers that come to an input of list access.
+
+    Parameters
+    ----------
+    values : None, number or iterable of numbers and None
+
+    Returns
+    -------
+    None, float or list of float
+        None where there are none, a single one by itself.
+    """
+    if values is None or isinstance(values, (int, float)):
+        return values
+    found = [float(value) for value in values if value is not None]
+    return found if len(found) > 1 else found[0] if found else None
+
+
+def chosen(values: Any) -> Optional[list[int]]:
+    """The whole numbers that come to an input of list access.
+
+    Parameters
+    ----------
+    values : None, number or iterable of numbers and None
+
+    Returns
+    -------
+    list of int, or None where there are none
+    """
+    found = [values] if isinstance(values, (int, float)) else values or ()
+    return [int(value) for value in found if value is not None] or None

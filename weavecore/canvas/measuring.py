@@ -1,4 +1,4 @@
-"""`measure`: the figures of a result that a designer looks at, taken from the result itself."""
+"""`measure`: spacing, edge lengths, regularity and bending of a result, taken from the result itself."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from weavecore.viewing.summary import regular_share
 Measured = Union[Latitudes, Lattice, Weave]
 
 _NEAR = 4
-"""So many points of the parents are looked at beside each point of a child."""
+"""Segments of the parents to which the distance of a point of a child is measured: those with the nearest middles."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measures:
-    """Figures in the model's unit; None where the result does not go so far.
+    """Figures in the model's unit; None where the result is that of an earlier stage.
 
     Parameters
     ----------
@@ -50,6 +50,10 @@ def measure(value: Measured) -> Measures:
     ----------
     value : Latitudes, Lattice or Weave
 
+    Returns
+    -------
+    Measures
+
     Raises
     ------
     Unsupported
@@ -72,7 +76,17 @@ def measure(value: Measured) -> Measures:
 
 
 def measures_caption(measures: Measures) -> str:
-    """The figures in one line."""
+    """The figures in one line.
+
+    Parameters
+    ----------
+    measures : Measures
+
+    Returns
+    -------
+    str
+        Regularity and least radius, or for latitudes the mean spacing.
+    """
     parts = [] if measures.regular is None else [f"{measures.regular:.0%} regular"]
     if measures.least_radius is not None:
         parts.append(f"least radius {measures.least_radius:.4g}")

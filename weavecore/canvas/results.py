@@ -1,4 +1,11 @@
-"""The stages' results as what Grasshopper shows and hands on: curves, points and meshes, in trees by generation."""
+"""The results of the stages as geometry of Rhino in Grasshopper's data trees.
+
+    latitudes   {generation; place}   one curve, and the places of its parents in the branch {generation - 1}
+    lattice     {generation}          rings; longitudes by the generation where they begin
+    rods        {family}              in the order L, A, B, P; layers in {family; place}
+
+A *place* is the index of an item among those of its branch.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +24,9 @@ from weavecore.weaving.strands import find_strands
 
 _LETTERS = "LABP"
 """The first letters of the names of rods, in the order of their branches."""
+
+_Branch = tuple[tuple[int, ...], list[Any]]
+"""A path of a data tree and the items that lie there."""
 
 
 class LatitudeResults(NamedTuple):
@@ -37,7 +47,7 @@ class LatticeResults(NamedTuple):
 
 
 class RodResults(NamedTuple):
-    """Of each rod, in a branch for each family: its curve, its name, what lies under it at each joint, and its bend."""
+    """Of each rod, in a branch for each family: axis, name, how many rods lie under it at each joint, utilisation."""
 
     rods: Any
     names: Any
@@ -46,7 +56,19 @@ class RodResults(NamedTuple):
 
 
 def draw_surface(run: Run, surface: SurfaceMesh) -> tuple[list[Any], Any]:
-    """The borders, the cuts of a closed surface and the origins inside it as curves; and the mesh."""
+    """Draw a surface.
+
+    Parameters
+    ----------
+    run : Run
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    curves : list of curves
+        The borders, the cuts of a closed surface, and the origins inside it.
+    mesh : mesh
+    """
     loops = [(loop, True) for loop in (*surface.borders, *surface.cuts)]
     if surface.starts is not None:
         inside = origins_inside(surface, surface.starts).tolist()
@@ -57,7 +79,17 @@ def draw_surface(run: Run, surface: SurfaceMesh) -> tuple[list[Any], Any]:
 
 
 def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:
-    """The latitudes as curves, and who came from whom."""
+    """Draw latitudes as curves, with the parents of each.
+
+    Parameters
+    ----------
+    run : Run
+    latitudes : Latitudes
+
+    Returns
+    -------
+    LatitudeResults
+    """
     lines, generation = latitudes.polylines, latitudes.generation
     curves = run.drawing.polylines(lines.points, lines.offsets, lines.closed)
     place = _places(generation)
@@ -70,7 +102,17 @@ def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:
 
 
 def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
-    """The lattice as points, curves along its strands, edges of its pockets, and a mesh."""
+    """Draw a lattice as points, curves along its strands, edges of its pockets, and a mesh.
+
+    Parameters
+    ----------
+    run : Run
+    lattice : Lattice
+
+    Returns
+    -------
+    LatticeResults
+    """
     strands = find_strands(lattice)
     begins = first_generations(strands, lattice)
     curves = run.drawing.polylines(lattice.nodes[strands.nodes], strands.offsets, strands.closed)
@@ -90,7 +132,17 @@ def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
 
 
 def draw_rods(run: Run, weave: Weave) -> RodResults:
-    """The middle lines of the rods, and what a maker asks of each."""
+    """Draw the axes of the rods, with the name, layers and utilisation of each.
+
+    Parameters
+    ----------
+    run : Run
+    weave : Weave
+
+    Returns
+    -------
+    RodResults
+    """
     axes, strands = weave.axes, weave.strands
     branch = [_LETTERS.index(name[0]) for name in weave.ids]
     curves = [run.drawing.spline(*axes.bspline(s)) for s in range(len(weave))]
@@ -126,15 +178,18 @@ def _columns(rows: list[tuple[Any, Any]]) -> tuple[list[Any], list[Any]]:
     return [row[0] for row in rows], [row[1] for row in rows]
 
 
-# ----------------------------------------------------------------------
-# Grasshopper's data trees.
+def data_tree(branches: Iterable[_Branch]) -> Any:
+    """Make a ``DataTree`` of branches in their order; those of one path are put together.
 
-Branch = tuple[tuple[int, ...], list[Any]]
-"""A path and the items that lie there."""
+    Parameters
+    ----------
+    branches : iterable of (path, items)
+        A path is a tuple of whole numbers.
 
-
-def data_tree(branches: Iterable[Branch]) -> Any:
-    """A ``DataTree`` of branches in their order; those of one path are put together."""
+    Returns
+    -------
+    DataTree[Object]
+    """
     grasshopper: Any = import_module("Grasshopper")
     paths: Any = import_module("Grasshopper.Kernel.Data")
     system: Any = import_module("System")
@@ -149,8 +204,19 @@ def data_tree(branches: Iterable[Branch]) -> Any:
     return tree
 
 
-def grouped(keys: Iterable[int], items: Iterable[Any]) -> list[Branch]:
-    """One branch for each key, rising, with its items in their order."""
+def grouped(keys: Iterable[int], items: Iterable[Any]) -> list[_Branch]:
+    """Make one branch for each key, rising, with its items in their order.
+
+    Parameters
+    ----------
+    keys, items : iterable
+        A whole number for each item.
+
+    Returns
+    -------
+    list of (path, items)
+        The path of a branch is its key alone.
+    """
     branches: dict[int, list[Any]] = {}
     for key, item in zip(keys, items):
         branches.setdefault(int(key), []).append(item)

@@ -1,4 +1,10 @@
-"""`solve`: one run of a component, from its inputs to its outputs, balloons and caption."""
+"""`solve`: one run of a component, from its inputs to its outputs, balloons and caption.
+
+    inputs → hash → kept outcome, or `compute` → outcome: outputs, caption, balloons → shown
+
+The hash covers the values of all inputs, the files that they name, the unit of the document and the code of `compute`;
+an input that cannot be hashed is computed each time.
+"""
 
 from __future__ import annotations
 
@@ -25,14 +31,26 @@ REMARK, WARNING, ERROR = "Remark", "Warning", "Error"
 """Grasshopper's levels of a balloon."""
 
 _MOST_KEPT = 8
-"""So many results of one component are kept: more than one where a list runs through it."""
+"""Results kept of one component: more than one, as a list that runs through it gives one for each item."""
 
 _MAKERS = {
     "SurfaceMesh": "Put a Weave Surface in between and wire its output surface.",
     "Latitudes": "Put a Weave Offset in between and wire its output latitudes.",
     "Lattice": "Put a Weave Link in between and wire its output lattice.",
 }
-"""What gives the values that components hand to one another."""
+"""Remedy for an input of the wrong kind: the component whose output has the right one."""
+
+_COMPARED_BY = (
+    ("X", "Y", "Z"),
+    ("Origin", "XAxis", "YAxis"),
+    ("From", "To"),
+    ("StartPoint", "MidPoint", "EndPoint"),
+    ("Plane", "Radius"),
+)
+"""Attributes that define Rhino's structures: points, planes, lines, arcs and circles."""
+
+_known: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+"""Hashes of weavecore's values, which never change."""
 
 Outputs = tuple[Any, ...]
 Compute = Callable[..., Any]
@@ -59,8 +77,8 @@ class Run:
     Parameters
     ----------
     is_cancelled : callable
-        Whether the user wants no more of it.
-    tell : callable
+        Whether the user has cancelled.
+    show_text : callable
         Shows a text under the component meanwhile.
     folder : Path
         Where files without a folder of their own belong: beside the definition, or in the user's home where that
@@ -68,7 +86,7 @@ class Run:
     """
 
     is_cancelled: Callable[[], bool]
-    tell: Callable[[str], None]
+    show_text: Callable[[str], None]
     folder: Path = field(default_factory=Path.home)
     caption: str = ""
     balloons: list[tuple[str, str]] = field(default_factory=list)
@@ -92,7 +110,7 @@ class Run:
         """
         if self.is_cancelled():
             raise Cancelled
-        self.tell(f"{label} {fraction:.0%}")
+        self.show_text(f"{label} {fraction:.0%}")
 
     def warn(self, text: str) -> None:
         """Put up an orange balloon."""
@@ -217,7 +235,7 @@ def _shelf(component: Any, sticky: MutableMapping[str, Any]) -> OrderedDict[str,
 
 
 def _key_of(compute: Compute, inputs: Mapping[str, Any], folder: Path) -> Optional[str]:
-    """A text for these inputs, the document's unit and the script; None where they cannot be told from others."""
+    """Hash of the inputs, the document's unit and the script; None where an input cannot be hashed."""
     # A text may name a file beside the definition, which is another input once it has changed.
     files = [str(folder / value) for value in inputs.values() if isinstance(value, str)]
     try:
@@ -240,34 +258,27 @@ def _escape_pressed() -> bool:
     return bool(kernel.GH_Document.IsEscapeKeyDown())
 
 
-# ----------------------------------------------------------------------
-# A short text that tells one input from another, whatever came through the wire.
-
-_known: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
-"""Texts of weavecore's values, which never change."""
-
-
-_TOLD_BY = (
-    ("X", "Y", "Z"),
-    ("Origin", "XAxis", "YAxis"),
-    ("From", "To"),
-    ("StartPoint", "MidPoint", "EndPoint"),
-    ("Plane", "Radius"),
-)
-"""What Rhino's structures are told by: points, planes, lines, arcs and circles."""
-
-
 class Indistinct(TypeError):
-    """Two such inputs cannot be told apart."""
+    """A value has nothing by which it differs from others of its kind."""
 
 
 def digest(value: Any) -> str:
-    """The text of a value.
+    """Hash a value.
+
+    Parameters
+    ----------
+    value : object
+        A number, text, array, value of weavecore, geometry of Rhino, or a list or dict of these.
+
+    Returns
+    -------
+    str
+        The same for equal values.
 
     Raises
     ------
     Indistinct
-        Where it is of a kind that has nothing to be told by.
+        Where its kind gives nothing to compare.
     """
     if is_dataclass(value) and not isinstance(value, type):
         if value not in _known:
@@ -285,19 +296,19 @@ def digest(value: Any) -> str:
 
 
 def _of_rhino(value: Any) -> str:
-    """Of Rhino's other geometry, lines, arcs, circles, planes and points, and of lists."""
+    """Hash of other geometry of Rhino: curves, surfaces, lines, arcs, circles, planes and points; and of lists."""
     kind = type(value).__name__
     if hasattr(value, "DataCRC"):
         box = value.GetBoundingBox(False)
         return _hash(kind, str(value.DataCRC(0)), digest(box.Min), digest(box.Max))
     if hasattr(value, "Encode"):
         return _hash(kind, json.dumps(value.Encode(), sort_keys=True))
-    for names in _TOLD_BY:
+    for names in _COMPARED_BY:
         if all(hasattr(value, name) for name in names):
             return _hash(kind, *(digest(getattr(value, name)) for name in names))
     if isinstance(value, Iterable):
         return _hash("list", *(digest(part) for part in value))
-    raise Indistinct(f"A {kind} cannot be told from another")
+    raise Indistinct(f"A {kind} cannot be compared with another")
 
 
 def _file_state(value: Any) -> str:

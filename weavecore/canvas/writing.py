@@ -1,4 +1,4 @@
-"""What components say of a result, and what ``Weave_Export`` writes."""
+"""Texts about a result that components show, and the file that ``Weave_Export`` writes."""
 
 from __future__ import annotations
 
@@ -11,18 +11,29 @@ from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.reading.raw import counted
 
 _MOST_NAMED = 5
+"""Rods that a warning names; it counts the others."""
 
 
 def report_lines(value: Any) -> list[str]:
-    """A stage's result and those before it in a few lines, one a text.
+    """Describe a stage's result and those before it.
+
+    Parameters
+    ----------
+    value : SurfaceMesh, Latitudes, Lattice or Weave
+
+    Returns
+    -------
+    list of str
+        One line each.
 
     Raises
     ------
     Unsupported
+        Where it is none of them.
     """
     if not isinstance(value, (SurfaceMesh, Latitudes, Lattice, Weave)):
         raise Unsupported(
-            f"A {type(value).__name__} is no result of a stage",
+            f"A {type(value).__name__} is not the result of a stage",
             remedy="Wire a surface, latitudes, a lattice or a weave.",
         )
     return [f"{label}: {text}" for label, text in pipeline.describe(value)]
@@ -34,7 +45,20 @@ def counts(**numbers: int) -> str:
 
 
 def write_value(run: Run, value: Any, path: str, *, overwrite: bool) -> str:
-    """Write a stage's result, and give the full path of the file; see `Run.folder`.
+    """Write a stage's result to a file.
+
+    Parameters
+    ----------
+    run : Run
+    value : SurfaceMesh, Latitudes, Lattice or Weave
+    path : str
+        Absolute, or relative to `Run.folder`; quotes about it are removed.
+    overwrite : bool
+
+    Returns
+    -------
+    str
+        The full path.
 
     Raises
     ------
@@ -46,7 +70,17 @@ def write_value(run: Run, value: Any, path: str, *, overwrite: bool) -> str:
 
 
 def concerns(weave: Weave) -> list[str]:
-    """What a maker has to look at before the rods are cut, one sentence each."""
+    """List what has to be mended before the rods are cut.
+
+    Parameters
+    ----------
+    weave : Weave
+
+    Returns
+    -------
+    list of str
+        One sentence each; empty where nothing is wrong.
+    """
     said = []
     worst = weave.bending.violations
     if len(worst):
@@ -60,7 +94,18 @@ def concerns(weave: Weave) -> list[str]:
 
 
 def check(run: Run, value: Any) -> list[str]:
-    """What `weavecore.validate` finds of a result, one line each; what is broken is put up as a warning too."""
+    """Validate a result; what is broken is put up as a warning too.
+
+    Parameters
+    ----------
+    run : Run
+    value : SurfaceMesh, Latitudes, Lattice or Weave
+
+    Returns
+    -------
+    list of str
+        The findings of `weavecore.validate`, one line each.
+    """
     lattice = value.lattice if isinstance(value, Weave) else None
     report = pipeline.validate(value.strands, lattice=lattice) if lattice is not None else pipeline.validate(value)
     for finding in report.broken:

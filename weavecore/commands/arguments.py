@@ -1,5 +1,5 @@
-"""What is typed: lengths, planes, names, and the options that several commands share."""
-# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
+"""Parsers of typed arguments: lengths, planes, names; and the options that several commands share."""
+# ruff: noqa: FA100 - typer reads the annotations, on Python 3.9 only where they are not strings.
 
 from dataclasses import dataclass
 from importlib import import_module
@@ -13,7 +13,22 @@ from weavecore.units import Length, Lengths, parse_length
 
 
 def length(text: str) -> Length:
-    """A length with or without a unit."""
+    """Parse a length with or without a unit.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``120``, ``120mm`` or ``4.7in``.
+
+    Returns
+    -------
+    Length
+
+    Raises
+    ------
+    typer.BadParameter
+        Where it is not a positive length.
+    """
     try:
         return parse_length(text)
     except ValueError as error:
@@ -21,7 +36,21 @@ def length(text: str) -> Length:
 
 
 def lengths(text: str) -> Lengths:
-    """Lengths between commas."""
+    """Parse lengths between commas.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    Lengths
+
+    Raises
+    ------
+    typer.BadParameter
+        Where one of them is not a positive length.
+    """
     return Lengths(tuple(length(part) for part in text.split(",")))
 
 
@@ -33,10 +62,24 @@ class Numbers:
 
 
 def numbers_of(text: str) -> Numbers:
-    """Whole numbers between commas."""
+    """Parse whole numbers between commas.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    Numbers
+
+    Raises
+    ------
+    typer.BadParameter
+        Where a part has other characters than digits.
+    """
     parts = [part.strip() for part in text.split(",")]
     if not all(part.isdecimal() for part in parts):
-        raise typer.BadParameter(f"{text!r} is no list of numbers; give them as weavecore info lists them: 0,2")
+        raise typer.BadParameter(f"{text!r} is not a list of numbers; write them as weavecore info lists them: 0,2")
     return Numbers(tuple(int(part) for part in parts))
 
 
@@ -53,18 +96,44 @@ class Plane:
 
 
 def plane_of(text: str) -> Plane:
-    """A plane from six numbers between commas."""
+    """Parse a plane from six numbers between commas.
+
+    Parameters
+    ----------
+    text : str
+        Point and normal: ``x,y,z,nx,ny,nz``.
+
+    Returns
+    -------
+    Plane
+
+    Raises
+    ------
+    typer.BadParameter
+        Where they are not six finite numbers, or the normal is 0.
+    """
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) != 6 or not all(abs(x) < float("inf") for x in numbers) or not any(numbers[3:]):
-        raise typer.BadParameter(f"{text!r} is no plane; give x,y,z,nx,ny,nz: a point and a normal that is not 0")
+        raise typer.BadParameter(f"{text!r} is not a plane; write x,y,z,nx,ny,nz: a point and a normal that is not 0")
     return Plane(numbers)
 
 
 def ends_with(ending: str) -> Callable[[Optional[Path]], Optional[Path]]:
-    """A check that a path has an ending."""
+    """Make a callback that refuses paths with another ending.
+
+    Parameters
+    ----------
+    ending : str
+        Such as ``".json"``; upper case in the path counts as lower case.
+
+    Returns
+    -------
+    callable
+        Of a path or None; returns it, or raises `typer.BadParameter`.
+    """
 
     def check(path: Optional[Path]) -> Optional[Path]:
         if path is not None and path.suffix.lower() != ending:
@@ -74,8 +143,8 @@ def ends_with(ending: str) -> Callable[[Optional[Path]], Optional[Path]]:
     return check
 
 
-def known_by(module: str, find: str) -> Callable[[Optional[str]], Optional[str]]:
-    """A check that a name is known to a function of a module, which is imported when it is needed."""
+def _known_by(module: str, find: str) -> Callable[[Optional[str]], Optional[str]]:
+    """A callback that refuses names unknown to a function of a module, which is imported only then."""
 
     def check(name: Optional[str]) -> Optional[str]:
         if name is not None:
@@ -88,13 +157,28 @@ def known_by(module: str, find: str) -> Callable[[Optional[str]], Optional[str]]
     return check
 
 
-known_pattern = known_by("weavecore.linking.link", "known_pattern")
-known_material = known_by("weavecore.weaving.bending", "material_named")
-known_style = known_by("weavecore.weaving.layers", "style_named")
+known_pattern = _known_by("weavecore.linking.link", "known_pattern")
+known_material = _known_by("weavecore.weaving.bending", "material_named")
+known_style = _known_by("weavecore.weaving.layers", "style_named")
 
 
 def known_method(name: str) -> str:
-    """The name, if it is that of a method of offsetting."""
+    """Check the name of a method of offsetting.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    str
+        The name.
+
+    Raises
+    ------
+    typer.BadParameter
+        Where there is no method of that name.
+    """
     from weavecore.pipeline import METHODS
 
     if name not in METHODS:
@@ -153,4 +237,4 @@ CurveNames = Annotated[
     ),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing unless something is wrong.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]

@@ -1,5 +1,5 @@
 """``weavecore fabricate``: the folder that a workshop builds a weave from."""
-# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
+# ruff: noqa: FA100 - typer reads the annotations, on Python 3.9 only where they are not strings.
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,7 +13,10 @@ from weavecore.units import Length
 from weavecore.viewing.terminal import progress_bar, show_lines
 
 _MM = "Millimeters"
+"""Unit of all lengths in the workshop folder."""
+
 _NONE = "none"
+"""Typed where no templates are wanted."""
 
 
 def _kinds(text: str) -> tuple[str, ...]:
@@ -35,8 +38,8 @@ def _each_of(known: Iterable[str]) -> Callable[[str], str]:
 
 
 def fabricate(
-    result: Annotated[Path, typer.Argument(metavar="RESULT.json", help="What weavecore weave --json wrote.")],
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="The folder to be made.")],
+    result: Annotated[Path, typer.Argument(metavar="RESULT.json", help="Result of weavecore weave --json.")],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="The folder to write.")],
     stock: Annotated[
         Length, typer.Option(parser=length, metavar="LENGTH", help="Length of the bars: 6m, 12m, 6000…")
     ] = "6m",  # type: ignore[assignment]  # typer parses the text, and shows it in the help.
@@ -48,10 +51,10 @@ def fabricate(
     ] = OVERLAP,
     overhang: Annotated[
         Optional[Length],
-        typer.Option(parser=length, metavar="LENGTH", help="How far free ends stand out beyond their last joint."),
+        typer.Option(parser=length, metavar="LENGTH", help="Length of free ends beyond their last joint."),
     ] = None,
     kerf: Annotated[
-        Optional[Length], typer.Option(parser=length, metavar="LENGTH", help="What the saw takes for each cut.")
+        Optional[Length], typer.Option(parser=length, metavar="LENGTH", help="Width of the cut of the saw.")
     ] = None,
     templates: Annotated[
         str,
@@ -75,7 +78,7 @@ def fabricate(
 
     All lengths are millimetres, here and in the folder, unless a unit is written after them.
     """
-    with progress_bar(quiet=quiet) as tell:
+    with progress_bar(quiet=quiet) as show_progress:
         from weavecore import pipeline
 
         workshop = pipeline.Workshop(
@@ -86,7 +89,9 @@ def fabricate(
             templates=_kinds(templates),
             paper=paper.upper(),
         )
-        made = pipeline.fabricate(result, out, workshop=workshop, unit=unit, overwrite=overwrite, progress=tell)
+        made = pipeline.fabricate(
+            result, out, workshop=workshop, unit=unit, overwrite=overwrite, progress=show_progress
+        )
         lines = pipeline.describe_fabrication(made)
     if not quiet:
         show_lines([*lines, ("written", f"{out}, {len(made.files)} files")])

@@ -1,4 +1,4 @@
-"""``weavecore info``: what a file holds."""
+"""``weavecore info``: the objects and curves of a file."""
 
 from typing import TYPE_CHECKING
 
@@ -12,14 +12,15 @@ if TYPE_CHECKING:
     from weavecore.reading import CurveReport, ObjectReport
 
 _MOST_CURVES = 12
+"""Curves that are listed; the others are counted."""
 
 
 def info(input_file: Input, time_limit: TimeLimit = None) -> None:
-    """Tell what a file holds, and of each object whether it can be woven, or why not."""
+    """List a file's objects and whether each can be woven, or why not."""
     from weavecore.pipeline import inspect_file
 
-    with progress_bar(quiet=False) as tell:
-        report = inspect_file(input_file, guarded=True, time_limit=time_limit, progress=tell)
+    with progress_bar(quiet=False) as show_progress:
+        report = inspect_file(input_file, guarded=True, time_limit=time_limit, progress=show_progress)
     version = f", version {report.version}" if report.version else ""
     unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"
     typer.echo(f"{input_file.name}: {report.format}{version}, {unit}")
@@ -31,12 +32,12 @@ def info(input_file: Input, time_limit: TimeLimit = None) -> None:
     if report.others:
         typer.echo("no surfaces: " + ", ".join(f"{count} {kind}" for kind, count in report.others))
     if report.curves:
-        shown = [_told(one, report.unit) for one in report.curves[:_MOST_CURVES]]
+        shown = [_describe_curve(one, report.unit) for one in report.curves[:_MOST_CURVES]]
         more = f"; … ({len(report.curves)} in all)" if len(report.curves) > _MOST_CURVES else ""
         typer.echo(f"curves on which rings may start: {'; '.join(shown)}{more}")
 
 
-def _told(one: "CurveReport", unit: str) -> str:
+def _describe_curve(one: "CurveReport", unit: str) -> str:
     layer = f" on {one.layer}" if one.layer else ""
     return f"{one.name or one.id}{layer}, {with_unit(one.length, unit)}{', closed' if one.is_closed else ''}"
 

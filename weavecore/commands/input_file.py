@@ -1,4 +1,4 @@
-"""The surface that a command works on, and what it says of the files it has written."""
+"""The surface and curves that a command reads, and the line about the files that it has written."""
 
 from __future__ import annotations
 
@@ -31,7 +31,33 @@ def read_input(
     time_limit: Optional[float] = None,
     progress: Optional[Callable[[float, str], None]] = None,
 ) -> SurfaceMesh:
-    """Read the surface, and tell its warnings in one line each."""
+    """Read the surface of a file in a child process, and print its warnings in one line each.
+
+    Parameters
+    ----------
+    path : Path
+    layers, objects : sequence of str, optional
+        Which objects of the file are meant.
+    plane : Plane, optional
+        Cuts a closed surface in two.
+    edge_target : Length, optional
+        Longest edge of the mesh that is made of a surface.
+    spacing : Length, optional
+        Least spacing of the rings, from which the edge is chosen otherwise.
+    time_limit : float, optional
+        In seconds.
+    progress : callable, optional
+        Called with a fraction and a label.
+
+    Returns
+    -------
+    SurfaceMesh
+
+    Raises
+    ------
+    WeaveError
+        As `weavecore.read_surface`.
+    """
     from weavecore import pipeline
 
     with warnings.catch_warnings(record=True) as caught:
@@ -54,7 +80,28 @@ def read_input(
 
 
 def curves_of(path: Path, names: Sequence[str], *, unit: str, time_limit: Optional[float]) -> list[Floats]:
-    """The curves that are meant: first those of the input file, then those of files of their own."""
+    """Read curves: first those of the input file, then those of files of their own.
+
+    Parameters
+    ----------
+    path : Path
+        The input file.
+    names : sequence of str
+        Names, ids or layers of curves in the input file, or paths of other files.
+    unit : str
+        Unit of the surface, to which curves of other files are converted.
+    time_limit : float or None
+        In seconds, for each file.
+
+    Returns
+    -------
+    list of (n, 3) float64
+
+    Raises
+    ------
+    WeaveError
+        As `weavecore.read_curves`.
+    """
     from weavecore import pipeline
     from weavecore.reading import CURVE_ENDINGS
 
@@ -66,12 +113,7 @@ def curves_of(path: Path, names: Sequence[str], *, unit: str, time_limit: Option
     return curves
 
 
-def told_names(names: Optional[Sequence[str]]) -> Union[str, list[str], None]:
-    """Names as they are told in the files that are written: a single one as a text."""
-    return names[0] if names and len(names) == 1 else list(names or ()) or None
-
-
-def told_input(
+def describe_input(
     path: Path,
     surface: SurfaceMesh,
     *,
@@ -79,18 +121,45 @@ def told_input(
     objects: Optional[Sequence[str]],
     edge_target: Optional[Length],
 ) -> dict[str, object]:
-    """What was read, as it is told in the files that are written."""
+    """List what was read, as it is recorded in the output.
+
+    Parameters
+    ----------
+    path : Path
+    surface : SurfaceMesh
+    layers, objects : sequence of str or None
+    edge_target : Length or None
+
+    Returns
+    -------
+    dict of str to object
+        Without the options that were not given.
+    """
     options = {
         "input": path.name,
-        "layer": told_names(layers),
-        "object": told_names(objects),
+        "layer": _names_as_json(layers),
+        "object": _names_as_json(objects),
         "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
     }
     return {key: option for key, option in options.items() if option is not None}
 
 
-def written(targets: list[Path]) -> Lines:
-    """The line that tells what was written."""
+def _names_as_json(names: Optional[Sequence[str]]) -> Union[str, list[str], None]:
+    """Names as they are recorded in the output: a single one as a text."""
+    return names[0] if names and len(names) == 1 else list(names or ()) or None
+
+
+def written_line(targets: list[Path]) -> Lines:
+    """The line that lists the files written.
+
+    Parameters
+    ----------
+    targets : list of Path
+
+    Returns
+    -------
+    list of one (label, text)
+    """
     if not targets:
         return [("written", "nothing; ask for files with -o, --json or --picture")]
     return [("written", ", ".join(str(path) for path in targets))]

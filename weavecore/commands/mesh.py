@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from weavecore.commands.arguments import EdgeTarget, Input, LayerNames, ObjectNames, Overwrite, Quiet, TimeLimit
-from weavecore.commands.input_file import read_input, told_input, written
+from weavecore.commands.input_file import describe_input, read_input, written_line
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -21,23 +21,23 @@ def mesh(
     quiet: Quiet = False,
 ) -> None:
     """Write the triangle mesh that weave would use."""
-    with progress_bar(quiet=quiet) as tell:
+    with progress_bar(quiet=quiet) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)
-        tell(0.0, "reading")
+        show_progress(0.0, "reading")
         surface = read_input(
             input_file,
             layers=layer,
             objects=object_name,
             edge_target=edge_target,
             time_limit=time_limit,
-            progress=part_of(tell, 0.0, 0.7),
+            progress=part_of(show_progress, 0.0, 0.7),
         )
-        parameters = told_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
+        parameters = describe_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
         pipeline.export_together(
-            surface, [out], overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.7, 1.0)
+            surface, [out], overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.7, 1.0)
         )
         lines = pipeline.describe(surface)
     if not quiet:
-        show_lines(lines + written([out]))
+        show_lines(lines + written_line([out]))

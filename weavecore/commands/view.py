@@ -6,14 +6,14 @@ from typing import Annotated
 import typer
 
 from weavecore.commands.arguments import Overwrite, Quiet, ends_with
-from weavecore.commands.input_file import written
+from weavecore.commands.input_file import written_line
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
 def view(
     result_file: Annotated[
         Path,
-        typer.Argument(metavar="RESULT.json", help="What weavecore weave --json wrote.", callback=ends_with(".json")),
+        typer.Argument(metavar="RESULT.json", help="Result of weavecore weave --json.", callback=ends_with(".json")),
     ],
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="OUT.html", callback=ends_with(".html"), help="The page.")
@@ -26,13 +26,13 @@ def view(
     Its families and generations can be switched, each rod be picked with its length, least radius and marks, and
     the construction be stepped through.
     """
-    with progress_bar(quiet=quiet) as tell:
+    with progress_bar(quiet=quiet) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)
-        tell(0.0, "reading")
+        show_progress(0.0, "reading")
         value = pipeline.read_result(result_file)
-        pipeline.export_together(value, [out], overwrite=overwrite, progress=part_of(tell, 0.5, 1.0))
+        pipeline.export_together(value, [out], overwrite=overwrite, progress=part_of(show_progress, 0.5, 1.0))
         lines = pipeline.describe(value)
     if not quiet:
-        show_lines(lines + written([out]))
+        show_lines(lines + written_line([out]))

@@ -1,5 +1,5 @@
-"""``weavecore weave``: from a file's surface to what is woven."""
-# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
+"""``weavecore weave``: from the surface in a file to the woven rods."""
+# ruff: noqa: FA100 - typer reads the annotations, on Python 3.9 only where they are not strings.
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +26,7 @@ from weavecore.commands.arguments import (
     length,
     lengths,
 )
-from weavecore.commands.input_file import curves_of, read_input, told_input, written
+from weavecore.commands.input_file import curves_of, describe_input, read_input, written_line
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
@@ -39,10 +39,13 @@ def weave(
         Optional[Path], typer.Option("-o", "--out", metavar="OUT", help="Woven result, .3dm or another ending.")
     ] = None,
     json: Annotated[
-        Optional[Path], typer.Option(metavar="OUT.json", callback=ends_with(".json"), help="All of it as JSON.")
+        Optional[Path],
+        typer.Option(
+            metavar="OUT.json", callback=ends_with(".json"), help="The result as JSON, for fabricate and view."
+        ),
     ] = None,
     picture: Annotated[
-        Optional[Path], typer.Option(metavar="OUT.png", callback=ends_with(".png"), help="A picture of it.")
+        Optional[Path], typer.Option(metavar="OUT.png", callback=ends_with(".png"), help="A picture of the rods.")
     ] = None,
     spacing: Annotated[
         Optional[Lengths],
@@ -85,7 +88,7 @@ def weave(
         typer.Option(
             metavar="STYLE",
             callback=known_style,
-            help="stacked, plain, or twill 2/2 and the like; by default what goes with the pattern.",
+            help="stacked, plain, or twill 2/2 and the like; by default the usual one of the pattern.",
         ),
     ] = None,
     free_rings: Annotated[
@@ -107,11 +110,11 @@ def weave(
     Lengths are in the file's own unit, or in the one that is written after them.
     """
     targets = [path for path in (out, json, picture) if path is not None]
-    with progress_bar(quiet=quiet) as tell:
+    with progress_bar(quiet=quiet) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs(targets, overwrite=overwrite)
-        tell(0.0, "reading")
+        show_progress(0.0, "reading")
         if spacing is None and edge is not None:
             spacing = Lengths((replace(edge, value=pipeline.spacing_for_edges(edge.value, pattern=pattern)),))
         surface = read_input(
@@ -122,7 +125,7 @@ def weave(
             edge_target=edge_target,
             spacing=spacing.least if spacing else None,
             time_limit=time_limit,
-            progress=part_of(tell, 0.0, 0.1),
+            progress=part_of(show_progress, 0.0, 0.1),
         )
         surface = pipeline.start_at(
             surface,
@@ -133,7 +136,7 @@ def weave(
             surface,
             spacing=spacing.in_unit(surface.unit) if spacing else None,
             method=method,
-            progress=part_of(tell, 0.1, 0.5),
+            progress=part_of(show_progress, 0.1, 0.5),
         )
         edge_length = edge.in_unit(surface.unit) if edge else None
         lattice = pipeline.link(
@@ -141,16 +144,16 @@ def weave(
             edge_length=edge_length,
             pattern=pattern,
             free_rings=free_rings,
-            progress=part_of(tell, 0.5, 0.7),
+            progress=part_of(show_progress, 0.5, 0.7),
         )
         woven = pipeline.weave(
             lattice,
             rod_diameter=rod.in_unit(surface.unit) if rod else None,
             material=material,
             over_under=over_under,
-            progress=part_of(tell, 0.7, 0.85),
+            progress=part_of(show_progress, 0.7, 0.85),
         )
-        parameters = told_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
+        parameters = describe_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
         parameters["method"] = method
         if cut_plane:
             parameters["cut_plane"] = cut_plane.numbers
@@ -159,9 +162,9 @@ def weave(
         if curve:
             parameters["curves"] = curve
         pipeline.export_together(
-            woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(tell, 0.85, 1.0)
+            woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.85, 1.0)
         )
         lines = pipeline.describe(woven)
     if not quiet:
         notes = {} if spacing else {"spacing": " (chosen; set it with --spacing)"}
-        show_lines([(label, text + notes.get(label, "")) for label, text in lines] + written(targets))
+        show_lines([(label, text + notes.get(label, "")) for label, text in lines] + written_line(targets))

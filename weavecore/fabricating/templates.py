@@ -178,7 +178,7 @@ class TemplateSheet:
 
 
 @dataclass(frozen=True)
-class Strip:
+class TemplateStrip:
     """A piece with its marks, or a section of it.
 
     Parameters
@@ -195,7 +195,7 @@ class Strip:
     high: float
 
 
-def strips_of(pieces: Sequence[Piece], marks: Sequence[Mark]) -> list[Strip]:
+def strips_of(pieces: Sequence[Piece], marks: Sequence[Mark]) -> list[TemplateStrip]:
     """One whole strip for each piece.
 
     Parameters
@@ -206,21 +206,21 @@ def strips_of(pieces: Sequence[Piece], marks: Sequence[Mark]) -> list[Strip]:
 
     Returns
     -------
-    list of Strip
+    list of TemplateStrip
     """
     of_piece: dict[str, list[Mark]] = {piece.id: [] for piece in pieces}
     for mark in marks:
         of_piece[mark.piece.id].append(mark)
-    return [Strip(piece, tuple(of_piece[piece.id]), 0.0, piece.cut_length) for piece in pieces]
+    return [TemplateStrip(piece, tuple(of_piece[piece.id]), 0.0, piece.cut_length) for piece in pieces]
 
 
-def draw_roll(plan: RodPlan, strips: Sequence[Strip], statement: str) -> TemplateSheet:
+def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str) -> TemplateSheet:
     """Draw all pieces whole, one below the other, for plotters and lasers.
 
     Parameters
     ----------
     plan : RodPlan
-    strips : sequence of Strip
+    strips : sequence of TemplateStrip
     statement : str
         Origin of the file.
 
@@ -249,13 +249,13 @@ def moved_to_origin(sheet: TemplateSheet) -> TemplateSheet:
     )
 
 
-def draw_pages(plan: RodPlan, strips: Sequence[Strip], statement: str, paper: str) -> list[TemplateSheet]:
+def draw_pages(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, paper: str) -> list[TemplateSheet]:
     """Draw the pieces on pages, long ones in sections and short ones beside each other; each page with a scale bar.
 
     Parameters
     ----------
     plan : RodPlan
-    strips : sequence of Strip
+    strips : sequence of TemplateStrip
     statement : str
         Origin of the file.
     paper : str
@@ -282,10 +282,10 @@ def draw_pages(plan: RodPlan, strips: Sequence[Strip], statement: str, paper: st
     return pages
 
 
-def _fill_rows(strips: Sequence[Strip], width: float) -> list[list[tuple[float, Strip]]]:
+def _fill_rows(strips: Sequence[TemplateStrip], width: float) -> list[list[tuple[float, TemplateStrip]]]:
     """Sections in their order, each with the x of its left end, in rows of this width."""
     longest = (width - 2 * _NAME_WIDTH) // _SECTION_STEP * _SECTION_STEP
-    rows: list[list[tuple[float, Strip]]] = []
+    rows: list[list[tuple[float, TemplateStrip]]] = []
     reached = width
     for strip in strips:
         for section in sections_of(strip, longest):
@@ -298,18 +298,18 @@ def _fill_rows(strips: Sequence[Strip], width: float) -> list[list[tuple[float, 
     return rows
 
 
-def sections_of(strip: Strip, longest: float) -> list[Strip]:
+def sections_of(strip: TemplateStrip, longest: float) -> list[TemplateStrip]:
     """Divide a strip into sections of full length, and the rest.
 
     Parameters
     ----------
-    strip : Strip
+    strip : TemplateStrip
     longest : float
         Length of a section in millimetres.
 
     Returns
     -------
-    list of Strip
+    list of TemplateStrip
     """
     sections = []
     low = 0.0
@@ -318,12 +318,12 @@ def sections_of(strip: Strip, longest: float) -> list[Strip]:
         # A mark between two sections is drawn once, in the section that begins there.
         is_last = high == strip.high
         marks = tuple(m for m in strip.marks if low <= m.at and (m.at < high or is_last))
-        sections.append(Strip(strip.piece, marks, low, high))
+        sections.append(TemplateStrip(strip.piece, marks, low, high))
         low = high
     return sections
 
 
-def _draw_strip(drawing: TemplateDrawing, plan: RodPlan, strip: Strip, x: float, y: float) -> None:
+def _draw_strip(drawing: TemplateDrawing, plan: RodPlan, strip: TemplateStrip, x: float, y: float) -> None:
     """Draw a strip whose left end is at ``x`` and whose axis is at ``y``."""
     half = max(plan.diameter / 2, _LEAST_HALF_WIDTH)
     shift = x - strip.low
@@ -339,7 +339,7 @@ def _draw_strip(drawing: TemplateDrawing, plan: RodPlan, strip: Strip, x: float,
 
 
 def _draw_names(
-    drawing: TemplateDrawing, strip: Strip, x: float, right: float, y: float, is_first: bool, is_last: bool
+    drawing: TemplateDrawing, strip: TemplateStrip, x: float, right: float, y: float, is_first: bool, is_last: bool
 ) -> None:
     piece = strip.piece
     start = ["start", *_splice_note(piece.splice_start)] if is_first else [f"from {strip.low:.0f}"]
@@ -357,7 +357,7 @@ def _splice_note(splice: Optional[Splice]) -> list[str]:
     return [f"{splice.kind} {splice.id}"] if splice else []
 
 
-def _draw_splices(drawing: TemplateDrawing, strip: Strip, shift: float, y: float, half: float) -> None:
+def _draw_splices(drawing: TemplateDrawing, strip: TemplateStrip, shift: float, y: float, half: float) -> None:
     piece = strip.piece
     ends = ((piece.splice_start, 0.0, True), (piece.splice_end, piece.cut_length, False))
     for splice, end, is_start in ends:
@@ -369,7 +369,7 @@ def _draw_splices(drawing: TemplateDrawing, strip: Strip, shift: float, y: float
             drawing.line(a, y - half - 1.0, b, y - half - 1.0, SPLICES, width=_SPLICE_WIDTH)
 
 
-def _draw_ticks(drawing: TemplateDrawing, plan: RodPlan, strip: Strip, shift: float, y: float) -> None:
+def _draw_ticks(drawing: TemplateDrawing, plan: RodPlan, strip: TemplateStrip, shift: float, y: float) -> None:
     for mark in strip.marks:
         reach = _TICK if mark.crossings else _SHORT_TICK
         drawing.line(mark.at + shift, y - reach, mark.at + shift, y + reach, TICKS, width=_TICK_WIDTH)

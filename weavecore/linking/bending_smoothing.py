@@ -4,9 +4,9 @@ What is made least over the places x of the nodes, on the surface or along the p
 
     Σ cost(κ_j / κ_max)  +  bounds on edge lengths  +  bounds on angles
 
-with κ_j the curvature of the C2 spline of a rod at joint j, going over and under included, and κ_max what the rod
-bears.  The cost is small below 0.9 κ_max, grows with the square beyond and in proportion beyond 1.5 κ_max, so that a
-place where nothing helps does not hold up all others.  See `bending_terms`.
+with κ_j the curvature of the C2 spline of a rod at joint j, going over and under included, and κ_max the curvature that
+its material allows.  The cost is small below 0.9 κ_max, grows with the square beyond and in proportion beyond
+1.5 κ_max, so that a place where nothing helps does not hold up all others.  See `bending_terms`.
 
 A Levenberg-Marquardt method: each node has as many unknowns as ways to go, two in the tangent plane of the surface, one
 along a polyline, none at corners.  The linear systems are sparse and solved roughly, by preconditioned conjugate
@@ -33,7 +33,7 @@ from weavecore.linking.bending_terms import (
     BROKEN_TURN,
     LONGEST,
     SHORTEST,
-    Corners,
+    FaceCorners,
     RodJoints,
     Term,
     angle_term,
@@ -62,12 +62,20 @@ _ADMISSIBLE_RADIUS = 93.75
 """Least radius over diameter that is aimed at: that of pultruded GFRP under long-term load."""
 
 _MOST_STEPS = 40
+"""Steps of the descent at most; `_ENOUGH` ends most sooner."""
+
 _MOST_TRIES = 6
+"""Steps that are tried from one place, each with more damping."""
+
 _LONGEST_STEP = 0.15
 """Parts of the mean edge that a node goes in a step: normals and closest points stay trustworthy."""
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-5, 1e4
+"""Levenberg-Marquardt damping, relative to the diagonal of the Hessian."""
+
 _TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
+"""Relative residual and iterations at which conjugate gradients stop: a rough step is enough, as more follow."""
+
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
 
@@ -94,7 +102,7 @@ def smooth_bending(
     rod_diameter : float, optional
         That of the rods that are to pass, in the model's unit; by default a 48th of the spacing, or of the mean edge.
     admissible_radius : float
-        Least radius that these rods bear, in diameters.
+        Least radius to which these rods can be bent, in diameters.
     free_rings : bool
         Whether nodes leave the latitudes in patterns that have rings.
 
@@ -130,9 +138,6 @@ class _Place:
     nodes: Floats
     station: Floats
     normals: Floats
-
-
-# Where nodes may go
 
 
 class _Sites:
@@ -270,9 +275,6 @@ def _vertex_normals(surface: SurfaceMesh) -> Floats:
     return unit
 
 
-# The sum and its least
-
-
 class _Problem:
     """The sum of all terms over the places of the nodes."""
 
@@ -293,7 +295,7 @@ class _Problem:
         self.weight = np.ones(len(joints.node))
 
     @property
-    def corners(self) -> Corners:
+    def corners(self) -> FaceCorners:
         return self._corners
 
     def terms(self, place: _Place, *, derivatives: bool) -> list[Term]:

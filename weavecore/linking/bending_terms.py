@@ -51,6 +51,7 @@ LEAST_ANGLE = np.radians(33.0)
 """Corner of a face at which its bound begins to push back."""
 
 _ANGLE_BOUND = 8.0
+"""Weight of an angle, in radians, below `LEAST_ANGLE`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +86,18 @@ class RodJoints:
 
 
 def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
-    """The joints of all rods, without those at which a rod turns by more than ``most_turn``: it is broken there."""
+    """Find the joints of all rods.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    most_turn : float
+        Radians; a rod that turns by more at a joint is taken to be broken there, and the joint is left out.
+
+    Returns
+    -------
+    RodJoints
+    """
     partner = pair_darts(lattice)
     one = np.flatnonzero(partner > np.arange(len(partner)))
     other = partner[one]
@@ -110,7 +122,18 @@ class Chords:
 
 
 def chords_of(edges: Ints, nodes: Floats) -> Chords:
-    """The chords of the edges of a lattice."""
+    """The chords of the edges of a lattice.
+
+    Parameters
+    ----------
+    edges : (E, 2) int64
+        Nodes of each edge.
+    nodes : (N, 3) float64
+
+    Returns
+    -------
+    Chords
+    """
     a, b = edges.T
     vector = nodes[b] - nodes[a]
     length = np.maximum(np.linalg.norm(vector, axis=1), np.finfo(float).tiny)
@@ -127,11 +150,22 @@ def _coordinates(nodes: Ints) -> Ints:
     return columns
 
 
-# Bending
-
-
 def bending_curvatures(joints: RodJoints, nodes: Floats, normals: Floats, chords: Chords, rise: float) -> Floats:
-    """(J,) greatest curvature of the rods at each joint, undulation included; see `bending_term`."""
+    """Greatest curvature of the rods at each joint, undulation included; see `bending_term`.
+
+    Parameters
+    ----------
+    joints : RodJoints
+    nodes, normals : (N, 3) float64
+        Places, and unit normals of the surface there.
+    chords : Chords
+    rise : float
+        Height between the layers of two rods that cross; 0 where they keep to a layer.
+
+    Returns
+    -------
+    (J,) float64
+    """
     return _Bends(joints, nodes, normals, chords, rise).curvature
 
 
@@ -157,10 +191,15 @@ def bending_term(
     rise : float
         Height between the layers of two rods that cross and change sides at each joint; 0 where they keep to a layer.
     admissible : float
-        The greatest curvature that the rod bears.
+        The greatest curvature that the material of the rod allows.
     weight : (J,) float64
     derivatives : bool
         Whether more than the value is wanted.
+
+    Returns
+    -------
+    Term
+        Without rows where only the value is wanted.
     """
     bends = _Bends(joints, nodes, normals, chords, rise)
     ratio = bends.curvature / admissible
@@ -333,11 +372,21 @@ def _columns(vectors: Floats) -> csr_matrix:
     return coo_matrix((vectors.ravel(), (np.arange(3 * n), np.repeat(np.arange(n), 3))), shape=(3 * n, n)).tocsr()
 
 
-# Bounds
-
-
 def edge_term(chords: Chords, median: Floats, shortest: Floats, longest: Floats) -> Term:
-    """Cost of edge lengths away from the median of their kind, small within the bounds, large beyond."""
+    """Cost of edge lengths away from the median of their kind, small within the bounds, large beyond.
+
+    Parameters
+    ----------
+    chords : Chords
+    median : (E,) float64
+        Median length of the edges of the same kind.
+    shortest, longest : (E,) float64
+        Bounds, over the median.
+
+    Returns
+    -------
+    Term
+    """
     log = np.log(chords.length / median)
     beyond = log - np.clip(log, np.log(shortest), np.log(longest))
     relative = csr_matrix(diags(1.0 / chords.length) @ chords.jacobian)
@@ -350,7 +399,7 @@ def edge_term(chords: Chords, median: Floats, shortest: Floats, longest: Floats)
 
 
 @dataclass(frozen=True, eq=False)
-class Corners:
+class FaceCorners:
     """Corners of faces: the node, and those before and after it around the face, (C,) each."""
 
     node: Ints
@@ -358,19 +407,38 @@ class Corners:
     after: Ints
 
 
-def corners_of(lattice: Lattice) -> Corners:
-    """The corners of all faces of a lattice."""
+def corners_of(lattice: Lattice) -> FaceCorners:
+    """The corners of all faces of a lattice.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    FaceCorners
+        In the order of ``lattice.face_nodes``.
+    """
     following = next_in_loop(lattice.face_offsets)
     preceding = np.empty_like(following)
     preceding[following] = np.arange(len(following))
     nodes = lattice.face_nodes
-    return Corners(nodes, nodes[preceding], nodes[following])
+    return FaceCorners(nodes, nodes[preceding], nodes[following])
 
 
-def corner_angles(corners: Corners, nodes: Floats, normals: Floats) -> Floats:
-    """Angles (C,) at corners, counter-clockwise about the normal of the surface: below 0 where a face lies inverted.
+def corner_angles(corners: FaceCorners, nodes: Floats, normals: Floats) -> Floats:
+    """Angles at corners, counter-clockwise about the normal of the surface: below 0 where a face lies inverted.
 
-    They run from -90 to 270 degrees, for a face of many sides may have a corner that points inwards.
+    Parameters
+    ----------
+    corners : FaceCorners
+    nodes, normals : (N, 3) float64
+        Places, and unit normals of the surface there.
+
+    Returns
+    -------
+    (C,) float64
+        From -π/2 to 3π/2, for a face of many sides may have a corner that points inwards.
     """
     u, v = nodes[corners.after] - nodes[corners.node], nodes[corners.before] - nodes[corners.node]
     angles = np.arctan2((np.cross(u, v) * normals[corners.node]).sum(1), (u * v).sum(1))
@@ -378,8 +446,19 @@ def corner_angles(corners: Corners, nodes: Floats, normals: Floats) -> Floats:
     return wrapped
 
 
-def angle_term(corners: Corners, nodes: Floats, normals: Floats) -> Term:
-    """Cost of corners below `LEAST_ANGLE`."""
+def angle_term(corners: FaceCorners, nodes: Floats, normals: Floats) -> Term:
+    """Cost of corners below `LEAST_ANGLE`.
+
+    Parameters
+    ----------
+    corners : FaceCorners
+    nodes, normals : (N, 3) float64
+        Places, and unit normals of the surface there.
+
+    Returns
+    -------
+    Term
+    """
     short = LEAST_ANGLE - corner_angles(corners, nodes, normals)
     tight = np.flatnonzero(short > 0)
     node, before, after = (side[tight] for side in (corners.node, corners.before, corners.after))
@@ -397,7 +476,18 @@ def angle_term(corners: Corners, nodes: Floats, normals: Floats) -> Term:
 
 
 def edge_of_sides(lattice: Lattice) -> tuple[Ints, Bools]:
-    """The edge of each side of each face (C,), and whether each edge (E,) lies on a border."""
+    """Find the edges of the sides of all faces.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    edge : (C,) int64
+        Edge of each side, from a corner of ``lattice.face_nodes`` to the next.
+    on_border : (E,) bool
+    """
     after = lattice.face_nodes[next_in_loop(lattice.face_offsets)]
     side = edges_between(lattice.edges, lattice.face_nodes, after)
     return side, np.bincount(side, minlength=lattice.n_edges) == 1

@@ -24,8 +24,10 @@ EVENNESS = 0.5
 """Weight a of uneven edges: at 20 % off the edge length 50 edges count as much as one rod that ends."""
 
 _BORDER_BANDS = 3
+"""Generations beside a border: a rod from the border that ends in them has fewer than four joints."""
+
 _BESIDE_BORDER = 4.0
-"""In the first bands, where rods from the border would end with fewer than four joints, each end counts so often."""
+"""Weight b in these bands: each rod that ends there counts this many times."""
 
 _DIGITS = 6
 """Sums are compared to so many digits: on symmetric surfaces rounding errors must not decide between equal ones."""

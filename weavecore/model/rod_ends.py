@@ -1,6 +1,6 @@
 r"""Which rod ends at a node where the number of edges is odd: a long one rather than a short one.
 
-At a node with an odd number of edges one rod ends whatever is paired with what::
+At a node with an odd number of edges one rod ends, however the edges are paired::
 
         \   /              \   /
          \ /                \ /        the rod from below is short: it goes on to the left, turning a little,
@@ -9,7 +9,7 @@ At a node with an odd number of edges one rod ends whatever is paired with what:
           |  short             |  goes on
 
 So a rod of few joints can take over the way of a longer one, as long as what remains of that is not short itself.
-Rods are looked at from the shortest on; each change makes one short rod long, so the work is linear in the short rods.
+Rods are visited from the shortest on; each change makes one short rod long: O(K log K) for K short rods.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.matching import ALONE
 
 FEWEST_JOINTS = 4
-"""A rod with fewer joints holds little and is hard to keep in place: it is a stub."""
+"""A rod with fewer joints holds little and is hard to keep in place."""
 
 
 class _Chains:

@@ -1,4 +1,4 @@
-"""Which two edges of a node one rod follows.
+"""Pairs of edges at a node that one rod follows.
 
 A *dart* is an edge with a direction: dart ``2 * e`` leaves the first node of edge ``e``, dart ``2 * e + 1`` its second.
 At each node the darts are paired so that rods bend least: two rods that cross at a node of four edges each go straight
@@ -44,10 +44,10 @@ def pair_darts(lattice: Lattice) -> Ints:
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.
     allowed = (bend <= MOST_TURN) & (is_straight | ~on_border[tail[one]])
-    # What goes straight across comes before all else.
+    # Straight pairs come first, then pairs of one family, then the least bend.
     cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
     partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
-    # At a crossing nothing is exchanged: only edges that may go on to several others are.
+    # Pairs at crossings stay: only edges that may go on to several others are exchanged.
     is_choice = allowed & (family[one] != LATITUDINAL) & (straight[one] == NONE) & (straight[other] == NONE)
     return lengthen_short_rods(partner, tail, one[is_choice], other[is_choice], bend[is_choice])
 
@@ -55,13 +55,9 @@ def pair_darts(lattice: Lattice) -> Ints:
 def _darts_straight_on(lattice: Lattice) -> tuple[Ints, Bools]:
     """For each dart (2E,) the one that goes straight on at the same node, or -1 where the bend decides.
 
-    That is the one across where two rods cross, each within its family, and the other one along
-    the border at a node of that.
-
+    At a node where two rods cross it is the dart across, at a node on a border the other dart along the border.
+    Without it two rods of one family, as in kagome, could swap at a sharp crossing for a smaller bend.
     Also whether each node (N,) is on a border.
-
-    Where both rods are of one family, as in kagome, the least bend alone could make them swap
-    at a sharp crossing.
     """
     fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
     across = darts_across(fans, lattice.edges)

@@ -1,7 +1,7 @@
 """Geometry of Rhino, of RhinoCommon and of rhino3dm alike, from and to arrays.
 
-Both are told by what they can do and never imported here unless something is to be made: so the same functions
-run inside Rhino, in a Python outside it that has loaded Rhino with ``rhinoinside``, and where
+Both are recognised by their attributes and imported only where geometry is made: so the same functions run
+inside Rhino, in a Python outside it that has loaded Rhino with ``rhinoinside``, and where
 there is only rhino3dm.  .NET arrays are copied as blocks of memory in double precision, not point by point.
 """
 

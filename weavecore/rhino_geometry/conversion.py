@@ -1,7 +1,7 @@
-"""Meshes and planes of Rhino as arrays.
+"""Meshes, planes and curves of Rhino as arrays.
 
-Vertices are taken in double precision; no function of a mesh that follows its face indices is called, because
-one that is out of range ends the process.
+Vertices are taken in double precision.  No function of a mesh that follows its face indices is called, because an
+index out of range ends the process.
 """
 
 from __future__ import annotations
@@ -17,20 +17,55 @@ from weavecore.geometry.arrays import Floats
 from weavecore.rhino_geometry.net_arrays import rows_from
 
 _CORNERS = ("A", "B", "C", "D")
+"""Fields of RhinoCommon's ``MeshFace``."""
+
+_ANGLE = math.radians(10)
+"""Turn of a polyline at a vertex at most: a curve within the tolerance of a chord keeps its bends."""
 
 
 def is_rhino_mesh(geometry: Any) -> bool:
-    """Whether it is a mesh of rhino3dm or RhinoCommon."""
+    """Whether it is a mesh of rhino3dm or RhinoCommon.
+
+    Parameters
+    ----------
+    geometry : object
+        Anything.
+
+    Returns
+    -------
+    bool
+    """
     return hasattr(geometry, "Faces") and hasattr(getattr(geometry, "Vertices", None), "ToPoint3dArray")
 
 
 def rhino_vertices(mesh: Any) -> Floats:
-    """Vertices (V, 3) of a Rhino mesh."""
+    """Vertices of a Rhino mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of rhino3dm or RhinoCommon.
+
+    Returns
+    -------
+    (V, 3) float64
+    """
     return rows_from(mesh.Vertices.ToPoint3dArray(), "XYZ")
 
 
 def rhino_faces(mesh: Any) -> NDArray[Any]:
-    """Faces (F, 4) of a Rhino mesh; a triangle repeats its last corner."""
+    """Faces of a Rhino mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of rhino3dm or RhinoCommon.
+
+    Returns
+    -------
+    (F, 4) int64
+        A triangle repeats its last corner.
+    """
     if hasattr(mesh.Faces, "ToIntArray"):
         # Quads stay quads, so that they are split in the same way as everywhere else.
         return rows_from(mesh.Faces.ToIntArray(False), [""], np.int32).reshape(-1, 4).astype(np.int64)
@@ -43,9 +78,19 @@ def rhino_faces(mesh: Any) -> NDArray[Any]:
 def plane_from(plane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """A point and a normal of a plane of Rhino.
 
+    Parameters
+    ----------
+    plane : Plane
+        Of rhino3dm or RhinoCommon.
+
+    Returns
+    -------
+    point, normal : tuple of three floats
+
     Raises
     ------
     Unsupported
+        Where it is not a plane.
     """
     if not hasattr(plane, "Origin") or not (hasattr(plane, "Normal") or hasattr(plane, "ZAxis")):
         raise Unsupported(f"A {type(plane).__name__} came where a plane must be", remedy="Wire a plane.")
@@ -53,29 +98,63 @@ def plane_from(plane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return (origin.X, origin.Y, origin.Z), (normal.X, normal.Y, normal.Z)
 
 
-# ----------------------------------------------------------------------
-# Curves of Rhino as points along them.
-
-_ANGLE = math.radians(10)
-
-
 def is_rhino_curve(geometry: Any) -> bool:
-    """Whether it is a curve, line, arc, circle, rectangle or polyline of rhino3dm or RhinoCommon."""
+    """Whether it is a curve, line, arc, circle, rectangle or polyline of rhino3dm or RhinoCommon.
+
+    Parameters
+    ----------
+    geometry : object
+        Anything.
+
+    Returns
+    -------
+    bool
+    """
     return hasattr(geometry, "ToNurbsCurve") or _is_line(geometry)
 
 
 def is_curve_in_rhino(geometry: Any) -> bool:
-    """Whether it is one that Rhino, not rhino3dm, holds in memory."""
+    """Whether it is a curve of RhinoCommon, not of rhino3dm.
+
+    Parameters
+    ----------
+    geometry : object
+        Anything.
+
+    Returns
+    -------
+    bool
+    """
     return is_rhino_curve(geometry) and hasattr(geometry, "GetType")
 
 
 def line_points(geometry: Any) -> Floats | None:
-    """Both ends (2, 3) of a line; None of any other curve."""
+    """Both ends of a line.
+
+    Parameters
+    ----------
+    geometry : object
+        A curve of rhino3dm or RhinoCommon.
+
+    Returns
+    -------
+    (2, 3) float64, or None where it is another curve
+    """
     return rows_from([geometry.From, geometry.To], "XYZ") if _is_line(geometry) else None
 
 
 def curve_in_rhino_points(curve: Any, tolerance: float) -> Floats:
-    """Points (n, 3) along a curve of RhinoCommon, no further from the lines between them than a tolerance.
+    """Points along a curve of RhinoCommon.
+
+    Parameters
+    ----------
+    curve : Rhino.Geometry.Curve, Line, Arc…
+    tolerance : float
+        Distance of the curve from the lines between the points at most, in the model's unit.
+
+    Returns
+    -------
+    (n, 3) float64
 
     Raises
     ------

@@ -10,16 +10,27 @@ from weavecore.errors import Degenerate
 from weavecore.rhino_geometry.conversion import is_rhino_mesh
 
 _EDGES_ALONG, _CHORDS_ALONG = 50.0, 1000.0
-"""By default an edge is this part of the size, and the distance from the surface that part."""
+"""The diagonal of the bounding box over the default edge length, and over the distance from the surface."""
 
 _SUBD_FACES = 8000.0
-"""A SubD is divided until it has about so many faces."""
+"""Faces that a SubD is divided into, about."""
 
 _MOST_DENSE = 5
+"""Halvings of the faces of a SubD at most: each makes four times as many."""
 
 
 def is_to_be_meshed(geometry: Any) -> bool:
-    """Whether it is a Brep, a surface, an extrusion or a SubD that Rhino, not rhino3dm, holds in memory."""
+    """Whether it is a Brep, surface, extrusion or SubD of RhinoCommon, not of rhino3dm.
+
+    Parameters
+    ----------
+    geometry : object
+        Anything.
+
+    Returns
+    -------
+    bool
+    """
     if is_rhino_mesh(geometry) or not hasattr(geometry, "GetType"):
         return False
     return hasattr(geometry, "ToBrep") or hasattr(geometry, "Loops")

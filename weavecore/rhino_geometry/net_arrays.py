@@ -28,6 +28,10 @@ def rows_from(array: Any, names: Sequence[str], dtype: DTypeLike = np.float64) -
         The fields of a structure in their order; a single empty name for plain numbers.
     dtype : dtype
         Of the fields: float64 for points, int32 for faces.
+
+    Returns
+    -------
+    (n, len(names)) array of ``dtype``
     """
     kind = np.dtype(dtype)
     block = _copy_block(array, len(names), kind)
@@ -37,9 +41,18 @@ def rows_from(array: Any, names: Sequence[str], dtype: DTypeLike = np.float64) -
 
 
 def net_array(element: Any, rows: NDArray[Any]) -> Any:
-    """A .NET array of structures of a type, such as ``Point3d``, with these rows (n, fields).
+    """Make a .NET array of structures; where memory cannot be copied, one structure a row.
 
-    Where memory cannot be copied a structure is made of each row.
+    Parameters
+    ----------
+    element : type
+        Such as ``Point3d``.
+    rows : (n, fields) array
+        One row for each structure, of the type of its fields.
+
+    Returns
+    -------
+    element[]
     """
     # The bridge to .NET is there wherever RhinoCommon is.
     clr, system = import_module("clr"), import_module("System")
@@ -61,7 +74,7 @@ def _rows_one_by_one(array: Any, names: Sequence[str]) -> list[Any]:
 
 
 def _copy_block(array: Any, n_fields: int, kind: np.dtype[Any]) -> Optional[NDArray[Any]]:
-    """The rows of a .NET array, or None where they are no plain block of memory."""
+    """The rows of a .NET array, or None where they are not one plain block of memory."""
     if not (hasattr(array, "GetType") and hasattr(array, "Length")):
         return None
     rows = np.empty((array.Length, n_fields), kind)

@@ -12,7 +12,7 @@ import numpy as np
 from weavecore.geometry.arrays import Ints, ranges, rows_of
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
-from weavecore.validating.band_boundaries import find_band_boundaries, origins_along_borders
+from weavecore.validating.band_curves import find_band_boundaries, origins_along_borders
 from weavecore.validating.report import Finding, count
 
 

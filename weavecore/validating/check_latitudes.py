@@ -13,7 +13,7 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, next_in_loop, offsets_of, rows_of
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
-from weavecore.validating.band_boundaries import check_ends
+from weavecore.validating.band_curves import check_ends
 from weavecore.validating.check_bands import check_bands
 from weavecore.validating.check_crossings import check_crossings, hold_segments
 from weavecore.validating.report import Finding, count

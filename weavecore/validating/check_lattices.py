@@ -16,7 +16,7 @@ from weavecore.geometry.closest import closest_faces
 from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, Lattice
 from weavecore.model.strands import Strands
-from weavecore.validating.band_boundaries import origins_along_borders
+from weavecore.validating.band_curves import origins_along_borders
 from weavecore.validating.report import Finding, count
 
 _OFF_LATITUDE = 1e-9

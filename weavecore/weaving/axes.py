@@ -3,7 +3,14 @@
 A rod that is held at its joints and free between them takes the shape of a cubic spline.  At a joint
 the rods are shifted along the direction that is normal to all of them, so that the distance of
 their axes is the shift.  The shifts tilt the rods, which brings them nearer again where they cross
-at a sharp angle; so a few rounds settle the normals, and then the shifts.
+at a sharp angle; so a few rounds settle the normals, and then the shifts::
+
+      ____o____    upper rod           n   common normal of the two rods at the joint
+          |  n     distance d          d   shift: the diameter, more where rods cross at a sharp angle
+      ----o----    lower rod
+
+The common normal of the tangents t at a joint is the eigenvector of the least eigenvalue of Σ t tᵀ - ε s sᵀ, with s the
+normal of the surface.  Source: splines through joints, de Boor 1978.  Linear in the visits.
 """
 
 from __future__ import annotations
@@ -20,11 +27,13 @@ from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
 
 _NORMAL_ROUNDS, _SHIFT_ROUNDS = 3, 5
+"""Rounds of the normals, and of the shifts at most: these end once all gaps are within `_ENOUGH`."""
+
 _TOWARDS_SURFACE = 0.02
-"""How much the normal of the surface counts beside the rods: it decides where these run nearly alongside."""
+"""Weight ε of the surface normal beside the tangents: it decides where rods run nearly parallel."""
 
 _MOST_SHIFT = 1.6
-"""Layers are no more than so many diameters apart: rods that then still cut are told as clashes."""
+"""Layers are no more than this many diameters apart; rods that still cut into each other are reported as clashes."""
 
 _ENOUGH = 0.005
 """Gaps are right when they are within this part of a diameter."""
@@ -48,7 +57,7 @@ def lay_axes(
     centred_on_rings: bool,
     overhang: float = OVERHANG_DIAMETERS,
 ) -> tuple[RodAxes, Floats]:
-    """Fit the axes of the rods, and give the normals (N, 3) along which they are shifted out of the surface.
+    """Fit the axes of the rods, and find the normals along which they are shifted out of the surface.
 
     Parameters
     ----------
@@ -61,6 +70,12 @@ def lay_axes(
         joint lie evenly about it.
     overhang : float
         How far open rods run on straight beyond their outermost ties, in diameters.
+
+    Returns
+    -------
+    axes : RodAxes
+    normals : (N, 3) float64
+        Unit normal at each node, common to the rods that pass it.
     """
     outward = surface_normals(lattice)
     shifts = np.full(len(joints.contacts), rod_diameter)
@@ -143,7 +158,17 @@ def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:
 
 
 def surface_normals(lattice: Lattice) -> Floats:
-    """(N, 3) unit normal of the lattice at each node, out of the surface: the mean of its faces, by area."""
+    """Unit normals of a lattice at its nodes: the mean of the faces about each, weighted by area.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    (N, 3) float64
+        Out of the surface; (0, 0, 1) at a node whose faces have no area.
+    """
     after = next_in_loop(lattice.face_offsets)
     face = rows_of(lattice.face_offsets)
     corner, following = lattice.nodes[lattice.face_nodes], lattice.nodes[lattice.face_nodes[after]]

@@ -11,6 +11,8 @@ A thicker rod undulates more: at each tie the axis is shifted out of the surface
 spline is linear in the places that it goes through, ``r(t; d) = a(t) + d b(t)``, so the utilisation as a function of
 d follows from one more fit, and the thickest rod that passes is its root, found by bisection.
 
+The materials and their figures, with sources, are in ``materials.csv``.
+
 Source: bending of gridshells, Navier laboratory (Créteil 2013); splines, de Boor 1978.  Linear in the visits.
 """
 
@@ -154,12 +156,9 @@ def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diamete
     return np.where(endless, np.inf, low)
 
 
-# ---- materials
-
-
 @lru_cache(maxsize=1)
 def known_materials() -> dict[str, Material]:
-    """All materials of the table ``materials.csv`` by name, each with where its figures come from."""
+    """All materials of the table ``materials.csv`` by name, each with the source of its figures."""
     text = resources.files("weavecore.weaving").joinpath("materials.csv").read_text("utf-8")
     return {
         row["name"]: Material(
@@ -177,10 +176,19 @@ def known_materials() -> dict[str, Material]:
 def material_named(name: str) -> Material:
     """The material of that name.
 
+    Parameters
+    ----------
+    name : str
+        As in ``materials.csv``, such as ``"gfrp"``.
+
+    Returns
+    -------
+    Material
+
     Raises
     ------
     Unsupported
-        When the table has none.
+        When the table has none of that name.
     """
     known = known_materials()
     if name not in known:

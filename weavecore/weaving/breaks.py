@@ -1,4 +1,4 @@
-r"""Where rods are broken because they cannot be bent to their place.
+r"""Where rods are broken because they cannot be bent into their place.
 
 A basket maker breaks a rod at a hairpin: two rods cross at the node and run past it by an overhang::
 
@@ -7,7 +7,7 @@ A basket maker breaks a rod at a hairpin: two rods cross at the node and run pas
            V     one rod           / \          and are tied where they cross
 
 A rod that bends too sharply at several nodes in a row is broken at the sharpest of them, first only where both pieces
-keep joints enough to hold them.
+keep enough joints to hold them.  Greedy over the visits of a rod, the sharpest first: O(M log M).
 """
 
 from __future__ import annotations
@@ -60,7 +60,19 @@ def _breaks_of_rod(largest: Floats, too_sharp: Bools, closed: bool, reach: int) 
 
 
 def break_strands(strands: Strands, breaks: Bools) -> Strands:
-    """The same strands, each broken at the visits (M,) that are marked; the node of a break belongs to both pieces."""
+    """The same strands, each broken at the marked visits; the node of a break belongs to both pieces.
+
+    Parameters
+    ----------
+    strands : Strands
+    breaks : (M,) bool
+        By the visits of ``strands.nodes``.
+
+    Returns
+    -------
+    Strands
+        The pieces of a strand follow one another in its place; a closed strand that is broken once becomes open.
+    """
     nodes: list[Ints] = []
     family: list[int] = []
     closed: list[bool] = []

@@ -1,4 +1,9 @@
-"""Clearance: whether the axes of rods are a diameter apart, at the joints and everywhere else."""
+"""Clearance: whether the axes of rods are a diameter apart, at the joints and everywhere else.
+
+`find_clashes` takes all axes as straight pieces of half a diameter and compares those whose middles are near each
+other in a k-d tree: O(n log n) for n pieces.  `gaps_at_joints` is finer and looks only at the two rods of each contact,
+near their joint.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +18,35 @@ from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
 
 _STEPS_PER_DIAMETER = 2
+"""Straight pieces of an axis on the length of a diameter."""
+
 _OWN_REACH = 4.0
-"""Along one rod, places less than so many diameters apart are near each other by right."""
+"""Along one rod, places less than so many diameters apart are neighbours and do not clash."""
 
 TOLERANCE = 0.02
 """Part of a diameter by which axes may come nearer than one diameter."""
 
+REACH = 3.0
+"""The nearest places are looked for so many diameters along each rod, and no further than half an edge."""
+
+_PIECES = 5
+"""Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
+
 
 def find_clashes(axes: RodAxes, rod_diameter: float) -> Clashes:
-    """Find the rods that cut into each other, at joints or between them."""
+    """Find the rods that cut into each other, at joints or between them.
+
+    Parameters
+    ----------
+    axes : RodAxes
+    rod_diameter : float
+        In the model's unit.
+
+    Returns
+    -------
+    Clashes
+        Each pair of rods once, at the place where they are nearest; the nearest pair first.
+    """
     least = rod_diameter * (1.0 - TOLERANCE)
     step = rod_diameter / _STEPS_PER_DIAMETER
     samples = axes.samples(step)
@@ -48,16 +73,6 @@ def _is_own(axes: RodAxes, samples: CurveSamples, strand: Ints, start: Ints, pai
     apart = np.where(axes.closed[strand[one]], np.minimum(apart, length - apart), apart)
     own: Bools = (strand[one] == strand[other]) & (apart < reach)
     return own
-
-
-# ----------------------------------------------------------------------
-# Gaps: how near two rods that touch at a joint come to each other there.
-
-REACH = 3.0
-"""The nearest places are looked for so many diameters along each rod, and no further than half an edge."""
-
-_PIECES = 5
-"""Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
 
 
 def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: Joints, rod_diameter: float) -> Floats:

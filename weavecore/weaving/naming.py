@@ -1,4 +1,13 @@
-"""Names of the rods: what a person writes on tape."""
+r"""Names of the rods, a letter and a number, as they are written on tape.
+
+The letter is the family: L for latitudes, A and B for longitudes that lean forward and back, P for pockets::
+
+       next latitude   o-------o        A leans forward: the way in which the latitude runs,
+                      / A   B \           the unexplored side on its left
+       latitude  --->o---------o        B leans back
+
+The lean of a strand is the sign of the sum of its slants over all its steps.  Linear in the visits, but for sorting.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +20,29 @@ from weavecore.model.strands import Strands
 from weavecore.weaving.strands import steps_along
 
 LETTERS = {(LATITUDINAL, 0): "L", (LONGITUDINAL, 1): "A", (LONGITUDINAL, -1): "B", (POCKET, 0): "P"}
+"""First letter of a name by family and lean."""
 
 _LEAST_SLANT = 0.02
 """Mean cosine to the latitudes below which a rod leans neither way: straight across, only noise would decide."""
 
 
 def name_strands(strands: Strands, lattice: Lattice, lean: Ints) -> tuple[str, ...]:
-    """A letter and a number for each strand.
+    """Name each strand by a letter and a number.
 
     The numbers follow the place of a rod: its least generation, then the border or latitude that it
     starts at and how far along that, so that they stay when the spacing changes a little.
+
+    Parameters
+    ----------
+    strands : Strands
+    lattice : Lattice
+    lean : (S,) int64
+        From `find_lean`.
+
+    Returns
+    -------
+    tuple of str
+        In the order of the strands; all different.
     """
     side = np.where(strands.family == LONGITUDINAL, np.where(lean < 0, -1, 1), 0)
     order = np.lexsort([*_places(strands, lattice)[::-1], side, strands.family])
@@ -51,8 +73,17 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     """Whether each strand leans forward (1) or back (-1) as it leaves a latitude for the next, or neither (0).
 
     Forward is the way in which the latitude runs, the unexplored side on its left.  Both
-    ways of going along a strand agree on that, and so do two fronts that meet.  A rod along a selvedge leans
+    ways of going along a strand agree on that, and so do two fronts that meet.  A rod along a free border leans
     neither way: it holds the ends of those that lean forward and of those that lean back.
+
+    Parameters
+    ----------
+    strands : Strands
+    lattice : Lattice
+
+    Returns
+    -------
+    (S,) int64
     """
     before, after = steps_along(strands)
     a, b = strands.nodes[before], strands.nodes[after]

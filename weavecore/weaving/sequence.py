@@ -3,8 +3,10 @@
 A basket maker sets the rings and binds them with rods that bend in and out (Yan et al. 2016, §3).  Set all
 at first, the rings would hang free until the last of them stands; so a rod is woven in as soon as two rings that
 follow each other along it do, and the rings beyond are tied to the rods that wait for them.  A *ring* is a closed
-rod of the latitudinal family, or any rod of it where selvedges cut the latitudes open: a weft.  What that family
-has of open rods elsewhere counts among the others.
+rod of the latitudinal family, or any rod of it where free borders cut the latitudes open.  Elsewhere open rods of that
+family count among the others.
+
+All is sorting of visits: O(M log M).
 """
 
 from __future__ import annotations
@@ -21,7 +23,9 @@ from weavecore.model.strands import first_generations
 from weavecore.model.weave import Weave
 
 _NONE = -1
+
 _LESS_THAN_HALF = 0.49
+"""Bound of what a mean depth adds to the generation of a cut ring: below a half, so that it is rounded off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +101,7 @@ def _find_rings(weave: Weave) -> _Rings:
     counts = np.diff(strands.offsets)
     mean = np.bincount(owner, node_generations(weave.lattice)[strands.nodes], minlength=len(strands)) / counts
     if is_cut_open:
-        # A weft may follow a selvedge to any depth: its turn comes with the first latitude that it touches.
+        # A cut ring may follow a free border to any depth: its turn comes with the first latitude that it touches.
         mean = first_generations(strands, weave.lattice) + _LESS_THAN_HALF * mean / (1.0 + mean.max())
     visit = np.flatnonzero(is_ring[owner])[::-1]  # Where two rings cross, the first has the node.
     at_node = np.full(weave.lattice.n_nodes, _NONE, np.int64)

@@ -29,11 +29,14 @@ LEAST_RODS = 0.98
 """Share of the rods that must pass once they are broken; else a thinner diameter of the stock is tried."""
 
 _METRES = {"mm": 0.001, "in": 0.0254}
+"""Metres in one unit of the table of stock diameters."""
 
 _IN_INCHES = ("Inches", "Feet", "Yards", "Miles", "Microinches", "Mils")
 """Rhino's units in which rods are bought by the inch."""
 
 _LIKE = {"gfrp-short": "gfrp"}
+"""Materials that are sold in the diameters of another one: the same rods under a shorter load."""
+
 _USUAL = "gfrp"
 """A material without a list of its own is taken to be sold as this one."""
 
@@ -97,5 +100,12 @@ def _in_stock(most: float, stock: Sequence[float]) -> float:
 
 
 def next_thinner(diameter: float, stock: Sequence[float]) -> Optional[float]:
-    """The next diameter of the stock below one, or None; without a stock there is none."""
+    """The next diameter of the stock below one, or None; without a stock there is none.
+
+    Parameters
+    ----------
+    diameter : float
+    stock : sequence of float
+        In the same unit.
+    """
     return max((size for size in stock if size < diameter), default=None)

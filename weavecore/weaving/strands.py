@@ -2,7 +2,10 @@
 
 A *dart* is an edge with a direction: dart ``2 * e`` runs along edge ``e`` as it is listed, dart
 ``2 * e + 1`` back.  At each node the edges of one family are paired so that rods bend
-little; a dart is followed by the one that leaves the node along the partner of its edge.
+little; a dart is followed by the one that leaves the node along the partner of its edge (`rod_pairing`).  Chains of
+followers are the connected components of that relation, ordered by one breadth-first walk: O(E).
+
+Strands that pass one node are gathered by it (`SharedNodes`): these nodes become the joints of the weave.
 """
 
 from __future__ import annotations
@@ -101,12 +104,8 @@ def _followers(lattice: Lattice) -> Ints:
     return follower
 
 
-# ----------------------------------------------------------------------
-# Which strands meet at which nodes.
-
-
 @dataclass(frozen=True, eq=False)
-class Meetings:
+class SharedNodes:
     """The nodes that two or more rods pass, their visits in the order of the strands.
 
     Parameters
@@ -130,8 +129,18 @@ class Meetings:
         return np.diff(self.offsets)
 
 
-def find_meetings(strands: Strands) -> Meetings:
-    """Gather the visits by their nodes."""
+def find_shared_nodes(strands: Strands) -> SharedNodes:
+    """Find the nodes that two or more rods pass.
+
+    Parameters
+    ----------
+    strands : Strands
+
+    Returns
+    -------
+    SharedNodes
+        Nodes rise; the visits of each are in the order of the strands.
+    """
     order = np.argsort(strands.nodes, kind="stable")
     node, first, count = np.unique(strands.nodes[order], return_index=True, return_counts=True)
     shared = count > 1
@@ -140,11 +149,21 @@ def find_meetings(strands: Strands) -> Meetings:
     visit = order[np.repeat(first[shared], count[shared]) + within]
     joint = np.full(len(strands.nodes), -1, np.int64)
     joint[visit] = rows_of(offsets)
-    return Meetings(node[shared], offsets, visit, joint)
+    return SharedNodes(node[shared], offsets, visit, joint)
 
 
 def steps_along(strands: Strands) -> tuple[Ints, Ints]:
-    """Pairs of visits that follow each other along a strand, the closing step of rings included."""
+    """Pairs of visits that follow each other along a strand, the closing step of rings included.
+
+    Parameters
+    ----------
+    strands : Strands
+
+    Returns
+    -------
+    before, after : (k,) int64
+        Entries of ``strands.nodes``.
+    """
     after = next_in_loop(strands.offsets)
     start = np.flatnonzero(_goes_on(strands, after))
     return start, after[start]

@@ -14,41 +14,70 @@ from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.geometry.spanning import spread_signs, spread_sums
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.strands import Strands
-from weavecore.weaving.plain import solve_signs, visit_signs, with_wishes
-from weavecore.weaving.strands import Meetings, steps_along
+from weavecore.weaving.plain import fill_heights, solve_signs, visit_signs
+from weavecore.weaving.strands import SharedNodes, steps_along
 
 _MOST_ROUNDS = 200
+"""Rounds of changing phases at most; each round lowers the number of broken ties."""
 
 
-def twill(lattice: Lattice, strands: Strands, meetings: Meetings, over: int, under: int) -> tuple[Floats, Bools]:
-    """Wishes (M,) as in a plain weave, and which steps along the strands break the twill.
+def twill(lattice: Lattice, strands: Strands, shared_nodes: SharedNodes, over: int, under: int) -> tuple[Floats, Bools]:
+    """Find heights that make a twill, and the steps along the strands that break it.
 
-    The steps are those of `steps_along`.
+    Parameters
+    ----------
+    lattice : Lattice
+    strands : Strands
+    shared_nodes : SharedNodes
+    over, under : int
+        How many rods each rod passes over, and then under.
+
+    Returns
+    -------
+    height : (M,) float64
+        Wanted height of each visit among those of its joint, as `alternate` returns it.
+    is_broken : (k,) bool
+        Which steps of `steps_along` break the twill.
     """
     cycle = over + under
     rises = _rising_ways(lattice, strands)
     before, after = steps_along(strands)
-    sign = visit_signs(strands, meetings)
+    sign = visit_signs(strands, shared_nodes)
     tied = (sign[before] != 0) & (sign[after] != 0)
-    a, b = meetings.joint_of_visit[before[tied]], meetings.joint_of_visit[after[tied]]
+    a, b = shared_nodes.joint_of_visit[before[tied]], shared_nodes.joint_of_visit[after[tied]]
     rise = rises[rows_of(strands.offsets)[before[tied]]]
     apart = a != b
     ties = a[apart], b[apart], rise[apart]
-    phase = settle_phases(*ties, spread_sums(*ties, len(meetings.node)), cycle)
+    phase = settle_phases(*ties, spread_sums(*ties, len(shared_nodes.node)), cycle)
     is_broken = np.zeros(len(before), bool)
     is_broken[tied] = (phase[b] - phase[a] - rise) % cycle != 0
     is_ring = strands.family[rows_of(strands.offsets)] == LATITUDINAL
     # Of two rods of one kind the first one stands for the ring.
-    joint = meetings.joint_of_visit
-    rings = np.bincount(joint[joint >= 0], is_ring[joint >= 0], minlength=len(meetings.node))
+    joint = shared_nodes.joint_of_visit
+    rings = np.bincount(joint[joint >= 0], is_ring[joint >= 0], minlength=len(shared_nodes.node))
     leads = np.where(rings[joint] == 1, is_ring, sign > 0)
     is_over = (phase[joint] % cycle < over) == leads
     side = np.where(sign != 0, np.where(is_over, 1.0, -1.0), 0.0)
-    return with_wishes(side, strands), is_broken
+    return fill_heights(side, strands), is_broken
 
 
 def settle_phases(a: Ints, b: Ints, rise: Ints, phase: Ints, cycle: int) -> Ints:
-    """Phases (J,) changed at single joints as long as more of the ties ``phase[b] - phase[a] == rise`` hold then."""
+    """Change phases at single joints as long as more of the ties ``phase[b] - phase[a] == rise`` hold then.
+
+    Parameters
+    ----------
+    a, b : (k,) int64
+        Joints at the ends of each tie.
+    rise : (k,) int64
+        Wanted difference of their phases modulo ``cycle``.
+    phase : (J,) int64
+        Phases to start from.
+    cycle : int
+
+    Returns
+    -------
+    (J,) int64
+    """
     phase, n = phase % cycle, len(phase)
     for _ in range(_MOST_ROUNDS):
         holds = np.zeros((n, cycle), np.int64)

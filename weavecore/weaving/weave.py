@@ -1,4 +1,10 @@
-"""Stage 4: from the lattice to the rods (Yan et al. 2016, §3 and §6)."""
+"""Stage 4: from the lattice to the rods (Yan et al. 2016, §3 and §6).
+
+    strands → lean → order at the joints → axes → bending → breaks, and again for the broken strands
+
+Without a rod diameter the search for the thickest stock diameter that can be bent begins from a part of the spacing.
+Linear in the visits but for sorting; each diameter that is tried costs one fit of the axes.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +37,8 @@ _MOST_BREAK_ROUNDS = 3
 """A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
 
 _FEWEST_OF_ALL = 2
-"""What cannot be bent in the chosen diameter is broken even where that gives short rods: a rod that snaps is worse."""
+"""Joints of a piece at least, in the last round: a rod too sharply bent is broken even where that gives short rods, for
+one that snaps is worse."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -67,19 +74,20 @@ def weave_lattice(
     Raises
     ------
     Unsupported
+        Where the diameter is not positive, or the material or style is not known.
     """
-    tell = progress or (lambda _fraction, _label: None)
+    report = progress or (lambda _fraction, _label: None)
     diameter = 1.0 if rod_diameter is None else float(rod_diameter)
     if not (np.isfinite(diameter) and diameter > 0):
-        raise Unsupported(f"A rod of diameter {diameter:g} is no rod", remedy="Give a positive diameter.")
+        raise Unsupported(f"The rod diameter must be positive (got {diameter:g})", remedy="Give a positive diameter.")
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
-    tell(0.0, "finding the strands")
+    report(0.0, "finding the strands")
     woven = _Woven(lattice, stuff, style)
     strands = find_strands(lattice)
-    tell(0.3, "bending the rods")
+    report(0.3, "bending the rods")
     bent = woven.bend_in_stock(strands) if rod_diameter is None else woven.bend(strands, diameter)
-    tell(0.8, "measuring")
+    report(0.8, "measuring")
     return Weave(
         lattice=lattice,
         strands=bent.strands,
@@ -112,7 +120,7 @@ class _Bent:
 
 @dataclass(frozen=True, eq=False)
 class _Woven:
-    """What does not depend on the rods' diameter."""
+    """Lattice, material and style: what does not depend on the diameter of the rods."""
 
     lattice: Lattice
     material: Material

@@ -45,9 +45,6 @@ from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
 from weavecore.offsetting.propagation.uncrossing import UncrossedCurves, reconnect_at_crossings
 from weavecore.tolerances import MIN_CAP_RISE
 
-# ----------------------------------------------------------------------
-# Of the loops that reconnecting leaves: has a front been there already?
-
 _SHORT_OF_THE_END = 0.95
 """Parts of a step within which it covers what it crosses; a loop made of its own ends lies at 1."""
 
@@ -222,9 +219,6 @@ def _are_islands(domain: Domain, loops: SurfaceCurves, step: float) -> Bools:
     is_island[~loops.closed] = (beside < _BESIDE * length[~loops.closed]) & cuts_off
     return np.asarray((length < _SHORT * step) & is_island)
 
-
-# ----------------------------------------------------------------------
-# Of the children that are left: has the grandchild room?
 
 _MOST_BEYOND = 0.5
 """A child whose rays reach an ancestor within the spacing, more than this part of them, has no room."""

@@ -226,13 +226,6 @@ def _follow_route(
     return np.full(len(face), chord), face, start, end
 
 
-# ----------------------------------------------------------------------
-# Folds: where a child turns back over itself without crossing itself.
-#
-# On a rough surface the ends of two neighbouring rays may change places.  The child then runs forth, back and forth
-# again, with one sharp turn to each side.  A front that diverges never turns right so sharply, for it has a fan there:
-# the vertices that do are left out.
-
 SHARPEST_FAN = 1.0
 """Radians: a child that turns right by more has folded.  A fan's vertices turn by `FAN_ANGLE`, a tenth of that."""
 
@@ -245,6 +238,10 @@ _MOST_ROUNDS = 5
 
 def remove_folds(domain: Domain, curves: SurfaceCurves) -> SurfaceCurves:
     """The curves without the vertices at which they fold, and with new chords across these.
+
+    On a rough surface the ends of two neighbouring rays may change places.  The child then runs forth, back and forth
+    again, with one sharp turn to each side.  A front that diverges never turns right so sharply, for it has a fan
+    there: the vertices that do are left out.
 
     Parameters
     ----------

@@ -189,10 +189,6 @@ def _cross(one: _FaceSegments, i: Ints, other: _FaceSegments, j: Ints) -> Bools:
     return crosses
 
 
-# ----------------------------------------------------------------------
-# The four-angle test of §4.3 on a plane.
-
-
 def segments_cross(a: Floats, b: Floats, c: Floats, d: Floats) -> Bools:
     """Which of the segments ab and cd cross: the four-angle test first, then the sides.
 

@@ -156,10 +156,6 @@ def _find_depth(domain: Domain, spacing: float) -> float:
     return depth
 
 
-# ----------------------------------------------------------------------
-# Generation after generation, until the surface is covered (§4.2 to §4.6).
-
-
 def propagate_fronts(
     domain: Domain, *, spacing: Spacing, parts: int = 1, progress: Progress = None
 ) -> list[SurfaceCurves]:
@@ -267,12 +263,6 @@ def _offset_once(domain: Domain, rays: FrontRays, fronts: SurfaceCurves | None) 
     return curves
 
 
-# ----------------------------------------------------------------------
-# What must hold of fronts that were offset well; a surface on which it does not is refused.
-#
-# Behind sharp features steps diverge, and what lies between them is not offset (see docs/fronts.md).  That can leave
-# fronts that cross, or a part of the surface without any.
-
 NEAREST = 0.75
 """Spacings between parent and child at least; a chord over a fan of rays or a saddle is less than the spacing."""
 
@@ -284,6 +274,9 @@ The first is 1 and `MIN_CAP_RISE`, with a hundredth for rounding."""
 
 def refuse_crossings(domain: Domain, children: SurfaceCurves, parents: SurfaceCurves | None) -> None:
     """Refuse children that cross each other or a parent.
+
+    Behind sharp features steps diverge, and the surface between them is not offset (see docs/fronts.md).  That can
+    leave fronts that cross, or a part of the surface without any (`refuse_broken`).
 
     Parameters
     ----------

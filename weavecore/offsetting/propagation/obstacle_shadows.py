@@ -548,10 +548,6 @@ def is_obstructed(domain: Domain, walks: Walks) -> Bools:
     return np.asarray(walks.is_blocked & domain.is_free_border[walks.stopped_at])
 
 
-# ----------------------------------------------------------------------
-# Walks as ragged arrays.
-
-
 def _walk_along_border(domain: Domain, diffracted: DiffractedRays) -> Walks:
     """The way of a creeping ray, just inside the faces beside the border."""
     h, start, end = diffracted.halfedge, diffracted.start, diffracted.end

@@ -98,10 +98,6 @@ class RayStarts:
         return rows_of(self.offsets)
 
 
-# ----------------------------------------------------------------------
-# Rays from the sources: generation 0.
-
-
 def start_on_boundary(domain: Domain, *, step: float) -> RayStarts:
     """Start rays along the borders and curves from which distances start; from cuts to both sides.
 
@@ -265,10 +261,6 @@ def find_ray_frames(domain: Domain, pivot: Ints, place: Floats, angle: Floats) -
     halfedge[corner], left[corner] = find_sector(domain.frames, pivot[corner], angle[corner])
     px = np.where(place == 0.0, _OFF_THE_CORNER * domain.frames.length[halfedge], place)
     return halfedge, px, np.cos(left), np.sin(left)
-
-
-# ----------------------------------------------------------------------
-# Rays from children: generation 1 and on.
 
 
 def start_on_curves(domain: Domain, curves: SurfaceCurves, *, step: float) -> RayStarts:

@@ -126,7 +126,7 @@ def mesh_subd(
     return MeshedObject(points[used], faces, _border_loops(subd), max(rise, division.rise_left))
 
 
-def _steps_to_go(division: Division, n_quads: int, fineness: Fineness) -> int:
+def _steps_to_go(division: StripDivision, n_quads: int, fineness: Fineness) -> int:
     """How many refinements are still wanted.
 
     Raises
@@ -279,7 +279,7 @@ def _strips_of(quads: Ints) -> Ints:
 
 
 @dataclass(frozen=True, eq=False)
-class Division:
+class StripDivision:
     """How strips are divided.
 
     Attributes
@@ -298,7 +298,7 @@ class Division:
     steps_by_chord: int
 
 
-def _divide_strips(points: Floats, strips: Ints, edge: float, chord: float) -> Division:
+def _divide_strips(points: Floats, strips: Ints, edge: float, chord: float) -> StripDivision:
     """Divide each strip as often as it needs, and as the grid lets it be.
 
     Parameters
@@ -327,7 +327,7 @@ def _divide_strips(points: Floats, strips: Ints, edge: float, chord: float) -> D
     by_edge = np.log2(max(float(np.quantile(length, _QUANTILE)), 1e-300) / (_TOO_LONG * edge))
     by_chord = np.log2(max(float(np.quantile(rise.sum(1), _QUANTILE)), 1e-300) / chord) / 2
     steps = [max(int(np.ceil(by - 1e-9)), 0) for by in (by_edge, by_chord)]
-    return Division(times, float(rise.sum(1).max()), *steps)
+    return StripDivision(times, float(rise.sum(1).max()), *steps)
 
 
 def _sides(points: Floats, times: Ints) -> tuple[Floats, Floats]:

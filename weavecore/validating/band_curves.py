@@ -30,7 +30,7 @@ _LEFT, _RIGHT = 0, 1
 
 
 @dataclass(frozen=True, eq=False)
-class BandBoundaries:
+class BandCurves:
     """The closed curves that bound the bands.
 
     Parameters
@@ -48,7 +48,7 @@ class BandBoundaries:
     n_whole: int
 
 
-def find_band_boundaries(latitudes: Latitudes) -> BandBoundaries:
+def find_band_boundaries(latitudes: Latitudes) -> BandCurves:
     """Follow the borders from each end of an open polyline to the next.
 
     Parameters
@@ -57,7 +57,7 @@ def find_band_boundaries(latitudes: Latitudes) -> BandBoundaries:
 
     Returns
     -------
-    BandBoundaries
+    BandCurves
     """
     surface, polylines = latitudes.surface, latitudes.polylines
     open_ = np.flatnonzero(~polylines.closed & (polylines.counts > 0))
@@ -82,7 +82,7 @@ def find_band_boundaries(latitudes: Latitudes) -> BandBoundaries:
     n = 2 * len(polylines)
     links = coo_matrix((np.ones(len(one), bool), (one, other)), shape=(n, n))
     _, label = connected_components(links, directed=False)
-    return BandBoundaries(label.astype(np.int64), stretches, _n_whole_free_borders(surface, np.unique(loop[here])))
+    return BandCurves(label.astype(np.int64), stretches, _n_whole_free_borders(surface, np.unique(loop[here])))
 
 
 def _places_on_borders(surface: SurfaceMesh, corners: Ints, carries: Bools, weights: Floats) -> tuple[Ints, Floats]:
