@@ -109,7 +109,7 @@ def check_folder(path: PathLike, names: Iterable[str], *, overwrite: bool = Fals
                 )
             return
         if not target.is_dir():
-            raise NotWritten(f"{path} is no folder", remedy="Give the path of a folder.")
+            raise NotWritten(f"{path} is not a folder", remedy="Give the path of a folder.")
         strangers = sorted({one.name for one in target.iterdir()} - set(names))
         if strangers:
             raise NotWritten(
@@ -226,5 +226,5 @@ def _told_as_not_written(path: PathLike) -> Iterator[None]:
     except OSError as error:
         raise NotWritten(
             f"{path} could not be written: {error.strerror or error}",
-            remedy=_REMEDIES.get(error.errno or 0, "Look at the folder and its rights, or write to another one."),
+            remedy=_REMEDIES.get(error.errno or 0, "Check the path and the folder permissions, or write to another folder."),
         ) from error

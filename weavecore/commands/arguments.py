@@ -36,7 +36,7 @@ def numbers_of(text: str) -> Numbers:
     """Whole numbers between commas."""
     parts = [part.strip() for part in text.split(",")]
     if not all(part.isdecimal() for part in parts):
-        raise typer.BadParameter(f"{text!r} is no list of numbers; give them as weavecore info lists them: 0,2")
+        raise typer.BadParameter(f"{text!r} is not a list of numbers; give them as weavecore info lists them: 0,2")
     return Numbers(tuple(int(part) for part in parts))
 
 
@@ -59,7 +59,7 @@ def plane_of(text: str) -> Plane:
     except ValueError:
         numbers = ()
     if len(numbers) != 6 or not all(abs(x) < float("inf") for x in numbers) or not any(numbers[3:]):
-        raise typer.BadParameter(f"{text!r} is no plane; give x,y,z,nx,ny,nz: a point and a normal that is not 0")
+        raise typer.BadParameter(f"{text!r} is not a plane; give x,y,z,nx,ny,nz: a point and a normal that is not 0")
     return Plane(numbers)
 
 
@@ -153,4 +153,4 @@ CurveNames = Annotated[
     ),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing unless something is wrong.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]

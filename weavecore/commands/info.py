@@ -15,7 +15,7 @@ _MOST_CURVES = 12
 
 
 def info(input_file: Input, time_limit: TimeLimit = None) -> None:
-    """Tell what a file holds, and of each object whether it can be woven, or why not."""
+    """List a file's objects, and whether each can be woven."""
     from weavecore.pipeline import inspect_file
 
     with progress_bar(quiet=False) as tell:

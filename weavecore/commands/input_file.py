@@ -90,7 +90,7 @@ def told_input(
 
 
 def written(targets: list[Path]) -> Lines:
-    """The line that tells what was written."""
+    """The line that lists the files written."""
     if not targets:
         return [("written", "nothing; ask for files with -o, --json or --picture")]
     return [("written", ", ".join(str(path) for path in targets))]

@@ -71,7 +71,7 @@ def weave_lattice(
     tell = progress or (lambda _fraction, _label: None)
     diameter = 1.0 if rod_diameter is None else float(rod_diameter)
     if not (np.isfinite(diameter) and diameter > 0):
-        raise Unsupported(f"A rod of diameter {diameter:g} is no rod", remedy="Give a positive diameter.")
+        raise Unsupported(f"The rod diameter must be positive (got {diameter:g})", remedy="Give a positive diameter.")
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     tell(0.0, "finding the strands")
