@@ -60,7 +60,9 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def _weavecore(
-    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
 ) -> None: ...
 
 

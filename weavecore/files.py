@@ -226,5 +226,7 @@ def _told_as_not_written(path: PathLike) -> Iterator[None]:
     except OSError as error:
         raise NotWritten(
             f"{path} could not be written: {error.strerror or error}",
-            remedy=_REMEDIES.get(error.errno or 0, "Check the path and the folder permissions, or write to another folder."),
+            remedy=_REMEDIES.get(
+                error.errno or 0, "Check the path and the folder permissions, or write to another folder."
+            ),
         ) from error

@@ -38,7 +38,7 @@ def read_geometry(
     layer, name : str, optional
         Which object of a file is meant.
     edge : float, optional
-        Length of an edge where the surface is no mesh yet, in the document's unit.
+        Length of an edge where the surface is not a mesh yet, in the document's unit.
     plane : Plane, optional
         Cuts a closed surface in two.
 
