@@ -92,7 +92,7 @@ def test_the_old_folder_comes_back_when_the_new_one_cannot_take_its_place(
 
 def test_a_file_or_a_missing_folder_is_no_place(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(NotWritten, match="no folder"):
+    with pytest.raises(NotWritten, match="not a folder"):
         files.write_folder(tmp_path / "file", NEW, overwrite=True)
     with pytest.raises(NotWritten, match="does not exist"):
         files.write_folder(tmp_path / "nowhere" / "out", NEW)

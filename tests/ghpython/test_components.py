@@ -302,7 +302,7 @@ def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: d
     lattice = stages["link"]["lattice"]
     refused = {
         "SPACING_TOO_LARGE": run_component("Weave_Offset", surface=surface, spacing=1e6),
-        "UNSUPPORTED: A spacing of -1": run_component("Weave_Offset", surface=surface, spacing=-1.0),
+        "UNSUPPORTED: Spacing must be positive (got -1)": run_component("Weave_Offset", surface=surface, spacing=-1.0),
         "UNSUPPORTED: Unknown method": run_component("Weave_Offset", surface=surface, method="guess"),
         "UNSUPPORTED: Unknown pattern": run_component("Weave_Link", latitudes=latitudes, pattern="knit"),
         "UNSUPPORTED: Unknown material": run_component("Weave_Strands", lattice=lattice, material="glass"),
