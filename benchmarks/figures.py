@@ -35,7 +35,7 @@ FIGURES: dict[str, tuple[str, Callable[[Path], str]]] = {
 
 def main() -> None:
     """Make the figures as the command line says."""
-    parser = argparse.ArgumentParser(description="The paper's figures, made anew.")
+    parser = argparse.ArgumentParser(description="The paper's figures, reproduced.")
     parser.add_argument("--only", nargs="+", choices=FIGURES, default=list(FIGURES), metavar="FIGURE")
     parser.add_argument("--docs", type=Path, default=DOCS, help="folder of paper.md and patterns.md")
     options = parser.parse_args()

@@ -1,8 +1,9 @@
-"""The rules of the house that a program can check, and that README.md tells the truth."""
+"""The rules of CONTRIBUTING.md that a program can check, and that documents name what is there, in plain words."""
 
 from __future__ import annotations
 
 import ast
+import json
 import re
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "weavecore"
 MODULES = sorted(PACKAGE.rglob("*.py"))
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 MOST_NAMES, MOST_LINES, MOST_LINES_OF_FUNCTION = 25, 700, 60
 
 
@@ -93,6 +95,129 @@ def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_the_files_that_the_documents_point_to_are_there() -> None:
-    for document in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]:
+    for document in DOCUMENTS:
         links = re.findall(r"\]\((?!https?:)([^)#]+)", document.read_text("utf-8"))
         assert [link for link in links if not (document.parent / link).exists()] == [], document.name
+
+
+FOLDERS = ("weavecore", "tests", "benchmarks", "docs", "ghpython_components", "sample_files", ".ci")
+
+
+@pytest.fixture(scope="module")
+def tree() -> set[str]:
+    """The files and folders of the checkout, and the ends of their paths: a document may name ``rays.py`` alone."""
+    paths = [ROOT / name for name in FOLDERS]
+    paths += [path for folder in paths for path in folder.rglob("*") if "__pycache__" not in path.parts]
+    parts = [path.relative_to(ROOT).parts for path in paths]
+    return {"/".join(part[first:]) for part in parts for first in range(len(part))}
+
+
+def paths_named_in(text: str) -> set[str]:
+    """Scripts and folders named between backticks or in a command."""
+    quoted = " ".join(re.findall(r"```.*?```|`[^`\n]+`", text, re.DOTALL)).replace("`", " ")
+    words = {word.rstrip(".,;:)").lstrip("(") for word in quoted.split()}
+    named = {word for word in words if re.fullmatch(r"[\w./-]*(?:\w\.(?:py|sh)|\w/)", word)}
+    return {re.sub(r"^(?:\.\./)+", "", word).rstrip("/") for word in named}
+
+
+def test_paths_are_found_in_a_document() -> None:
+    text = "Run `python a/b.py`, see `linking/`, `../geometry/refine.py` and `c.py`: `f`. Not x.py, `.3dm` or `1/2`."
+    assert paths_named_in(text) == {"a/b.py", "linking", "geometry/refine.py", "c.py"}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_the_scripts_and_folders_that_the_documents_name_are_there(document: Path, tree: set[str]) -> None:
+    text = document.read_text("utf-8")
+    assert sorted(paths_named_in(text) - tree) == []
+
+
+def test_every_page_is_linked_from_the_readme() -> None:
+    readme = (ROOT / "README.md").read_text("utf-8")
+    assert [
+        page.name for page in DOCUMENTS[2:] if f"](docs/{page.name})" not in readme and page.stem != "methods"
+    ] == []
+
+
+NOT_PLAIN = [
+    r"\bis no (?!(?:more|less|longer|further)\b)\w+",
+    r"\btells? (?:it|of|that|what|how|whether|which|the)\b",
+    r"\btold\b",
+    r"\bbears?\b",
+    r"\bin the middle\b(?! of\b)",
+    r"\bit breaks\b",
+    r"\bleave \S+ (?:\S+ )?away\b",
+    r"\bdo(?:es)? not hold\b",
+    r"\bsettl(?:e|es|ed|ing)\b",
+    r"\bselvedges?\b",
+    r"\bhems?\b",
+    r"\bseats?\b",
+    r"\b(?:ladder|rung)s?\b",
+    r"\bwhat is given\b",
+    r"\bsay nothing\b",
+    r"\blook at\b",
+    r"\bmade anew\b",
+    r"\bmend(?:s|ed|ing)?\b",
+    r"\buprighting\b|\bloosening\b|\bfairing\b",
+]
+"""Phrasings with a usual word in their place: not a, list, median, exceeds, omit, free border, check, repair …"""
+
+
+def plain_faults(text: str) -> list[str]:
+    return [found[0] for pattern in NOT_PLAIN for found in re.finditer(pattern, text, re.IGNORECASE)]
+
+
+def texts_of_errors(tree: ast.AST) -> list[str]:
+    """The texts in raise statements, and in whatever else makes an error: calls with a remedy."""
+    makers = [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Raise)
+        or (isinstance(node, ast.Call) and any(keyword.arg == "remedy" for keyword in node.keywords))
+    ]
+    return [
+        text_of(node) for maker in makers for node in ast.walk(maker) if isinstance(node, (ast.JoinedStr, ast.Constant))
+    ]
+
+
+def text_of(node: ast.JoinedStr | ast.Constant) -> str:
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else ""
+    return "".join(str(part.value) if isinstance(part, ast.Constant) else "X" for part in node.values)
+
+
+def test_faults_of_language_are_found_in_errors() -> None:
+    code = "raise Bad(f'{name} is no folder', remedy='Leave the unit away.')\nx = Bad('A', remedy='Look at it')"
+    assert {fault for text in texts_of_errors(ast.parse(code)) for fault in plain_faults(text)} == {
+        "is no folder",
+        "Leave the unit away",
+        "Look at",
+    }
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_errors_keep_to_plain_english(path: Path) -> None:
+    texts = texts_of_errors(ast.parse(path.read_text("utf-8")))
+    assert [fault for text in texts for fault in plain_faults(text)] == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_documents_keep_to_plain_english(document: Path) -> None:
+    assert plain_faults(re.sub(r"\s+", " ", document.read_text("utf-8"))) == []
+
+
+def test_help_keeps_to_plain_english() -> None:
+    from typer.testing import CliRunner
+
+    from weavecore.cli import app
+
+    for command in ["", *(one.callback.__name__ for one in app.registered_commands if one.callback)]:
+        shown = CliRunner().invoke(app, [*command.split(), "--help"], env={"COLUMNS": "600", "TERM": "dumb"})
+        assert shown.exit_code == 0
+        assert plain_faults(re.sub(r"\s+", " ", shown.output)) == [], command
+
+
+def test_tooltips_of_components_keep_to_plain_english() -> None:
+    files = sorted((ROOT / "ghpython_components").glob("*/metadata.json"))
+    assert files
+    for file in files:
+        assert plain_faults(json.dumps(json.loads(file.read_text("utf-8")), ensure_ascii=False)) == [], file.parent.name

@@ -253,5 +253,7 @@ def _raising_not_written(path: PathLike) -> Iterator[None]:
     except OSError as error:
         raise NotWritten(
             f"{path} could not be written: {error.strerror or error}",
-            remedy=_REMEDIES.get(error.errno or 0, "Check the folder and its permissions, or write to another one."),
+            remedy=_REMEDIES.get(
+                error.errno or 0, "Check the path and the folder permissions, or write to another folder."
+            ),
         ) from error

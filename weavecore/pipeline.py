@@ -102,7 +102,7 @@ def offset(
     SpacingTooLarge, TooMuchWork, Unsupported, BadIndex, BadCurve
     """
     if method not in METHODS:
-        raise Unsupported(f"There is no method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
+        raise Unsupported(f"Unknown method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
     points = None if curves is None else curves_from(curves, tolerance=surface.tolerance)
     started = start_at(surface, borders=borders, curves=points)
     wanted = suggest_spacing(started) if spacing is None else spacing

@@ -121,14 +121,14 @@ def millimetres_in(unit: str, stated: Optional[str] = None) -> float:
     """
     name = SUFFIXES.get(stated, stated) if stated else None
     if name is not None and name not in METRES:
-        raise Unsupported(f"There is no unit {stated!r}", remedy=f"Take one of: {', '.join(SUFFIXES)}.")
+        raise Unsupported(f"Unknown unit {stated!r}", remedy=f"Take one of: {', '.join(SUFFIXES)}.")
     if unit in METRES and name not in (None, unit):
         raise Unsupported(f"The result is in {unit}, not in {name}", remedy="Omit the unit.")
     chosen = unit if unit in METRES else name
     if chosen is None:
         raise Unsupported(
             "The result states no unit, and rods are cut in millimetres",
-            remedy="State it: --unit mm, unit='mm'.",
+            remedy="Name it: --unit mm, unit='mm'.",
         )
     return METRES[chosen] / METRES["Millimeters"]
 
@@ -152,10 +152,10 @@ def parse_length(text: str) -> Length:
     """
     match = _TYPED.fullmatch(text)
     if not match:
-        raise ValueError(f"{text!r} is no length; write a number such as 120, 120mm or 4.7in")
+        raise ValueError(f"{text!r} is not a length; write a number such as 120, 120mm or 4.7in")
     number, suffix = float(match[1]), match[2]
     if suffix and suffix not in SUFFIXES:
-        raise ValueError(f"{suffix!r} in {text!r} is no unit that is known; known are {', '.join(SUFFIXES)}")
+        raise ValueError(f"{suffix!r} in {text!r} is not a known unit; known are {', '.join(SUFFIXES)}")
     if not 0 < number < float("inf"):
         raise ValueError(f"{text!r} must be above 0")
     return Length(number, SUFFIXES.get(suffix, ""))

@@ -1,1 +1,1 @@
-"""The figures of Yan, Huang and Song (CAADRIA 2016), made anew from runs of weavecore."""
+"""The figures of Yan, Huang and Song (CAADRIA 2016), reproduced by runs of weavecore."""

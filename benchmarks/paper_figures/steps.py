@@ -231,7 +231,7 @@ def draw_grandchildren(folder: Path) -> str:
     match_scales(panels)
     save(figure, folder / "figure_8.png")
     return join(
-        image("figure_8", "Grandchildren tell which children go on"),
+        image("figure_8", "Grandchildren decide which children go on"),
         "Blue children go on, red ones are removed; dashed lines are grandchildren, dark ones parents.",
         table(["<child", "<its grandchild crosses a parent", "<most steps lead past a parent", ""], rows),
     )

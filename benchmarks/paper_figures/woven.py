@@ -164,7 +164,7 @@ def draw_built(folder: Path) -> str:
         radii = [weave.material.least_bend * diameter, np.median(radius), radius.min()]
         rows.append([*row, *(f"{r:.0f}" for r in radii), len(weave.bending.violations)])
     columns = ["", "<size, mm", "spacing, mm", "rod, mm", "rods", "length of all, m", "pieces of stock", "joints"]
-    columns += ["a rod bears, mm", "least radius of the median rod", "of all", "rods bent too sharply"]
+    columns += ["minimum bend radius, mm", "least radius of the median rod", "of all", "rods bent too sharply"]
     return join(row_of_images(images, 48), table(columns, rows))
 
 

@@ -245,9 +245,7 @@ def test_the_borders_that_rings_start_from_are_told(run: Run, folder: Path, monk
 def test_a_border_that_is_not_there_is_refused_and_no_number_is_wrong_usage(run: Run, folder: Path) -> None:
     ended = run("weave", "tube.3dm", "--json", "w.json", "--borders", "0,2")
     assert ended.status == 1
-    assert ended.err.startswith(
-        "weavecore: BAD_INDEX: The surface has 2 borders, numbers 0 to 1 (there is no border 2)."
-    )
+    assert ended.err.startswith("weavecore: BAD_INDEX: The surface has 2 borders, numbers 0 to 1 (unknown border 2).")
     for typed in ("", "first", "0;1", "1.5", "-1"):
         assert run("weave", "tube.3dm", "--json", "w.json", "--borders", typed).status == 2
 

@@ -303,11 +303,11 @@ def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: d
     lattice = stages["link"]["lattice"]
     refused = {
         "SPACING_TOO_LARGE": run_component("Weave_Offset", surface=surface, spacing=1e6),
-        "UNSUPPORTED: Spacing must be positive": run_component("Weave_Offset", surface=surface, spacing=-1.0),
-        "UNSUPPORTED: There is no method": run_component("Weave_Offset", surface=surface, method="guess"),
+        "UNSUPPORTED: Spacing must be positive (got -1)": run_component("Weave_Offset", surface=surface, spacing=-1.0),
+        "UNSUPPORTED: Unknown method": run_component("Weave_Offset", surface=surface, method="guess"),
         "UNSUPPORTED: Unknown pattern": run_component("Weave_Link", latitudes=latitudes, pattern="knit"),
-        "UNSUPPORTED: There is no material": run_component("Weave_Strands", lattice=lattice, material="glass"),
-        "UNSUPPORTED: There is no weave": run_component("Weave_Strands", lattice=lattice, style="satin"),
+        "UNSUPPORTED: Unknown material": run_component("Weave_Strands", lattice=lattice, material="glass"),
+        "UNSUPPORTED: Unknown weave": run_component("Weave_Strands", lattice=lattice, style="satin"),
         "UNREADABLE": run_component("Weave_Surface", geometry="/nowhere/shell.3dm"),
         "NO_SURFACE": run_component("Weave_Surface", geometry=DOME, layer="Roof"),
         "UNSUPPORTED: A str came where a plane": run_component("Weave_Surface", geometry=DOME, plane="XY"),

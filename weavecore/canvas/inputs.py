@@ -38,7 +38,7 @@ def read_geometry(
     layer, name : str, optional
         Which object of a file is meant.
     edge : float, optional
-        Edge length of the mesh that is made of a surface, in the document's unit.
+        Length of an edge where the surface is not a mesh yet, in the document's unit.
     plane : Plane, optional
         Cuts a closed surface in two.
 

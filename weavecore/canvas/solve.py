@@ -308,7 +308,7 @@ def _of_rhino(value: Any) -> str:
             return _hash(kind, *(digest(getattr(value, name)) for name in names))
     if isinstance(value, Iterable):
         return _hash("list", *(digest(part) for part in value))
-    raise Indistinct(f"A {kind} cannot be compared with another")
+    raise Indistinct(f"A {kind} cannot be distinguished from another")
 
 
 def _file_state(value: Any) -> str:

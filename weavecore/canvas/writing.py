@@ -33,7 +33,7 @@ def report_lines(value: Any) -> list[str]:
     """
     if not isinstance(value, (SurfaceMesh, Latitudes, Lattice, Weave)):
         raise Unsupported(
-            f"A {type(value).__name__} is not the result of a stage",
+            f"A {type(value).__name__} is not a result of a stage",
             remedy="Wire a surface, latitudes, a lattice or a weave.",
         )
     return [f"{label}: {text}" for label, text in pipeline.describe(value)]

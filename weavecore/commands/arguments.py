@@ -79,7 +79,7 @@ def numbers_of(text: str) -> Numbers:
     """
     parts = [part.strip() for part in text.split(",")]
     if not all(part.isdecimal() for part in parts):
-        raise typer.BadParameter(f"{text!r} is not a list of numbers; write them as weavecore info lists them: 0,2")
+        raise typer.BadParameter(f"{text!r} is not a list of numbers; give them as weavecore info lists them: 0,2")
     return Numbers(tuple(int(part) for part in parts))
 
 
@@ -117,7 +117,7 @@ def plane_of(text: str) -> Plane:
     except ValueError:
         numbers = ()
     if len(numbers) != 6 or not all(abs(x) < float("inf") for x in numbers) or not any(numbers[3:]):
-        raise typer.BadParameter(f"{text!r} is not a plane; write x,y,z,nx,ny,nz: a point and a normal that is not 0")
+        raise typer.BadParameter(f"{text!r} is not a plane; give x,y,z,nx,ny,nz: a point and a normal that is not 0")
     return Plane(numbers)
 
 

@@ -51,10 +51,14 @@ def fabricate(
     ] = OVERLAP,
     overhang: Annotated[
         Optional[Length],
-        typer.Option(parser=length, metavar="LENGTH", help="Length of free ends beyond their last joint."),
+        typer.Option(
+            parser=length,
+            metavar="LENGTH",
+            help="Extra length at free ends, which reach ten diameters beyond their last joint by default.",
+        ),
     ] = None,
     kerf: Annotated[
-        Optional[Length], typer.Option(parser=length, metavar="LENGTH", help="Width of the cut of the saw.")
+        Optional[Length], typer.Option(parser=length, metavar="LENGTH", help="Length that the saw removes at each cut.")
     ] = None,
     templates: Annotated[
         str,

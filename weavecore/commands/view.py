@@ -23,8 +23,8 @@ def view(
 ) -> None:
     """Write a page that shows the result in three dimensions and opens without a network.
 
-    Its families and generations can be switched, each rod be picked with its length, least radius and marks, and
-    the construction be stepped through.
+    Families and generations can be shown or hidden, rods selected to see length, least radius and marks, and
+    the construction played step by step.
     """
     with progress_bar(quiet=quiet) as show_progress:
         from weavecore import pipeline

@@ -48,7 +48,7 @@ class Workshop:
         ``"overlap"``: two pieces side by side past two crossings and 30 diameters; ``"sleeve"``: end to end in
         a tube of 20 diameters between two crossings.
     overhang : float
-        How far the free ends of rods reach beyond their last joint.
+        Extra length at the free ends of rods, beyond the ends of their axes (ten diameters past the last joint).
     kerf : float
         Length that the saw removes at each cut.
     templates : tuple of str

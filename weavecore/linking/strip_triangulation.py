@@ -18,7 +18,7 @@ planar contours, CACM 20, 1977).  The cheapest one is found, of the cost
   (triangles) or over the first node (quads).
 * t_i is the advance that gives node i of the parent six edges: less where it has more links to its own parent.  Where
   the child has fewer nodes, parent nodes with three links above are the ones to get a single link below, so irregular
-  nodes are passed on from ring to ring instead of being made anew.
+  nodes are passed on from ring to ring instead of being added again.
 
 With *even cells* every cell has an even number of sides: an apex advances by an odd number, or stays for two nodes.
 

@@ -138,7 +138,7 @@ def _check_borders(surface: SurfaceMesh, chosen: Sequence[int]) -> None:
         f"The surface has {there}",
         remedy=f"Choose among them, by their lengths: {shown}.",
         ids=unknown,
-        kind="there is no border",
+        kind="unknown border",
     )
 
 

@@ -193,7 +193,7 @@ def material_named(name: str) -> Material:
     known = known_materials()
     if name not in known:
         raise Unsupported(
-            f"There is no material {name!r}",
+            f"Unknown material {name!r}",
             remedy=f"Take one of: {', '.join(known)}; or give a Material of your own.",
         )
     return known[name]

@@ -195,5 +195,5 @@ def style_named(name: str) -> Style:
     match = _TWILL.fullmatch(name)
     over, under = (int(match[k] or 2) for k in (1, 2)) if match else (0, 0)
     if not (over and under):
-        raise Unsupported(f"There is no weave {name!r}", remedy="Take stacked, plain, or twill with counts: twill 2/2.")
+        raise Unsupported(f"Unknown weave {name!r}", remedy="Take stacked, plain, or twill with counts: twill 2/2.")
     return Style(f"{TWILL} {over}/{under}", over, under)
