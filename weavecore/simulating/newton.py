@@ -37,7 +37,7 @@ _MOST_STEPS = 200
 _TURN = 0.3
 """No segment turns by more than this, in radians, in one step: the linear elongations hold up to there."""
 
-_SHIFT = 1e-9
+_SHIFT = 1e-10
 """Added to the diagonal, against the bending stiffness of a median segment: rods that are free to move about as a whole do
 not move, and all others as good as unhindered."""
 
@@ -46,6 +46,10 @@ _STEP_DONE = 1e-7
 
 _CORRECTIONS = 2
 """Second-order corrections of each trial step, by the same factors: they take out what it stretched."""
+
+_PATIENCE, _CAUTION = 5, 8
+"""After so many steps above the least energy the search goes back there, and is careful for so many steps: then for twice
+as many, and so on."""
 
 _MEMORY = 3
 """The energy may rise to the highest of so many states: on a good way it does, as stretching is put right one step later."""
@@ -137,11 +141,12 @@ class _Path:
         self.forces = structure.forces(start)
         self.blend = 0.0
         self._bounds = [self.energy]
+        self._best, self._best_energy, self._rises = start, self.energy, 0
+        self._careful, self._caution = 0, _CAUTION
 
     def advance(self) -> float:
         """Take one step; return the largest move that Newton asked for, in median segments, or infinity if it failed."""
-        structure = self.structure
-        rest = structure.stretches.rest
+        structure, rest = self.structure, self.structure.stretches.rest
         gradient = structure.gradient(self.x)
         factors = self._factors()
         step = self._solve(factors, -gradient)
@@ -149,19 +154,45 @@ class _Path:
         a, b = structure.stretches.points.T
         turn = float((np.linalg.norm(step[b] - step[a], axis=1) / rest).max())
         part = min(1.0, _TURN / max(turn, np.finfo(float).tiny))
+        if self._careful > 0:
+            self._careful -= 1
+            return size if self._search(factors, gradient, part, step) else np.inf
+        x = self.x + part * step
+        self._take(x, structure.energy(x), part * step)
+        self._watch()
+        return size
+
+    def _watch(self) -> None:
+        """Go back to the best state, and on with care, where the energy has stayed above it for too long."""
+        slack = _ROUNDING * self.structure.elastic_energy(self.x)
+        if self.energy <= self._best_energy + slack:
+            self._best, self._best_energy, self._rises = self.x, self.energy, 0
+            return
+        self._rises += 1
+        if self._rises >= _PATIENCE:
+            self.x, self.energy, self._rises = self._best, self._best_energy, 0
+            self.forces = self.structure.forces(self.x)
+            self._bounds = [self.energy]
+            self._careful, self._caution = self._caution, 2 * self._caution
+
+    def _take(self, x: Floats, energy: float, step: Floats) -> None:
+        self.forces = self.structure.forces_after(self.x, step)
+        self.x, self.energy = x, energy
+
+    def _search(self, factors: Any, gradient: Floats, part: float, step: Floats) -> bool:
+        """Take a part of the step that does not raise the energy above that of the last states; whether there is one."""
         for _ in range(_MOST_HALVINGS):
             x, energy = self._corrected(factors, gradient, part, step)
             if energy <= self.bound:
-                self.forces = structure.forces_after(self.x, part * step)
                 self._adapt(energy, part)
-                self.x, self.energy = x, energy
+                self._take(x, energy, part * step)
                 self._bounds = [*self._bounds[1 - _MEMORY :], energy]
-                return size
+                if energy <= self._best_energy:
+                    self._best, self._best_energy = x, energy
+                return True
             part /= 2.0
-        if self.blend >= 1.0:
-            return np.inf
-        self.blend = 1.0 / _EASING
-        return size
+        was_convex, self.blend = self.blend >= 1.0, 1.0 / _EASING
+        return not was_convex
 
     def _adapt(self, energy: float, part: float) -> None:
         """Choose how much convexity the next step begins with: less after a good step, more after a short one."""
