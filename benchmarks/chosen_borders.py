@@ -19,7 +19,7 @@ from comparing import AGREED, compare
 from fronts import METHODS, SAMPLES, error_of, timed, told
 from weavecore import pipeline
 from weavecore.model import SurfaceMesh
-from weavecore.model.origins import Origins
+from weavecore.model.surface import Origins
 
 COLUMNS = (
     "surface",

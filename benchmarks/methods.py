@@ -11,7 +11,7 @@ import potpourri3d as pp3d
 
 from exact import Places
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.level_sets import offset_levels
 
 
 @dataclass(frozen=True)

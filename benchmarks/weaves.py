@@ -15,10 +15,10 @@ import time
 from pathlib import Path
 
 from weavecore import pipeline
-from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.report_files import Folder
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.folder_reader import WrittenFolder
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop_folder import fabricate_weave
 from weavecore.model import Weave
 from weavecore.units import millimetres_in
 from weavecore.weaving.sequence import find_sequence
@@ -69,7 +69,7 @@ def figures(weave: Weave) -> list[str]:
         start = time.process_time()
         made = fabricate_weave(weave, sequence, scale=scale, workshop=workshop, source=source)
         seconds.append(time.process_time() - start)
-    folder = Folder(made.files)
+    folder = WrittenFolder(made.files)
     return [
         str(len(weave)),
         f"{weave.median_length * scale:.0f}",

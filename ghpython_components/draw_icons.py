@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours
-from weavecore.viewing.png import encode_png
+from weavecore.viewing.picture import encode_png
 
 HERE = Path(__file__).resolve().parent
 SIDE = 24

@@ -12,7 +12,7 @@ import numpy as np
 from planar_meshes import circle, plate, rectangle
 from weavecore.linking.link import link_latitudes
 from weavecore.model import Lattice, SurfaceMesh
-from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.level_sets import offset_levels
 
 
 def revolved(profile, columns, *, top=False, bottom=False):

@@ -7,8 +7,8 @@ import numpy as np
 from flat_fields import flat_surface
 from planar_meshes import rectangle
 from weavecore.geometry.arrays import offsets_of
-from weavecore.offsetting.fronts.chords import lay_chords
-from weavecore.offsetting.fronts.ground import Curves, Ground, next_along
+from weavecore.offsetting.propagation.chords import lay_chords
+from weavecore.offsetting.propagation.curves import Curves, Ground, next_along
 
 
 def square_ground(size=10.0, edge=0.4):

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from functools import cache
 
-from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.report_files import ReadTable, read_table
-from weavecore.fabricating.summary import Fabrication
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.csv_tables import ReadTable, Source, read_table
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop_folder import Fabrication, fabricate_weave
 from weavecore.model import Weave
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import woven_sample

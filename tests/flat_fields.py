@@ -7,7 +7,7 @@ import numpy as np
 from planar_meshes import plate
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.field import DistanceField
+from weavecore.offsetting.distance.solver import DistanceField
 
 
 def flat_surface(loops, edge, seed=1):

@@ -8,7 +8,7 @@ Run on demand::
 
 Each case is a whole file that is cut, flipped, spliced, overwritten or, for ``.3dm``, changed inside a
 chunk whose checksum is then made right again, so that the damage gets past the first look.  It is read
-in a forked process with the limits of `weavecore.reading.guarded`; a child that crashes, hangs or takes
+in a forked process with the limits of `weavecore.reading.sandbox`; a child that crashes, hangs or takes
 too much is what the guard turns into an error, and is counted as contained.  Each of those, and every
 fortieth case besides, is read once more through the guard itself, which must end in a surface or a
 `WeaveError` within ten seconds, this process alive.  Anything else is a failure: an exception of another
@@ -44,7 +44,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve
 
 from weavecore.errors import WeaveError  # noqa: E402
 from weavecore.reading import read_surface  # noqa: E402
-from weavecore.reading.guarded import Limits, limit_this_process  # noqa: E402
+from weavecore.reading.sandbox import Limits, limit_this_process  # noqa: E402
 
 LIMITS = Limits()
 MOST_SECONDS = 10.0

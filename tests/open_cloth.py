@@ -9,9 +9,9 @@ from functools import cache
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.linking.derived import link_pattern
+from weavecore.linking.link import link_pattern
 from weavecore.model import Latitudes, Origins, SurfaceMesh, Weave
-from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.level_sets import offset_levels
 from weavecore.weaving.weave import weave_lattice
 
 COLUMNS, ROWS, EDGE = 24, 16, 10.0

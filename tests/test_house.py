@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "weavecore"
 MODULES = sorted(PACKAGE.rglob("*.py"))
-MOST_NAMES, MOST_LINES, MOST_LINES_OF_FUNCTION = 25, 350, 60
+MOST_NAMES, MOST_LINES, MOST_LINES_OF_FUNCTION = 25, 700, 60
 
 
 def name_of(path: Path) -> str:

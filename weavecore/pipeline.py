@@ -9,20 +9,18 @@ from typing import Any, Callable, Optional, Union
 from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
-from weavecore.fabricating.fabricate import NAMES, check_libraries, fabricate_weave
-from weavecore.fabricating.summary import Fabrication, describe_fabrication
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.workshop_folder import NAMES, Fabrication, check_libraries, describe_fabrication, fabricate_weave
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.csv_tables import Source
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
-from weavecore.linking.derived import link_pattern
+from weavecore.linking.link import link_pattern
 from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
-from weavecore.offsetting.fronts.method import offset_fronts
-from weavecore.offsetting.ladder import Spacing
-from weavecore.offsetting.levels import offset_levels
-from weavecore.offsetting.starting import start_at
-from weavecore.offsetting.suggestion import spacing_for_edges, suggest_spacing
+from weavecore.offsetting.level_sets import offset_levels
+from weavecore.offsetting.propagation.method import offset_fronts
+from weavecore.offsetting.sources import start_at
+from weavecore.offsetting.spacing import Spacing, spacing_for_edges, suggest_spacing
 from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
-from weavecore.reading.result_file import read_weave
+from weavecore.reading.formats.result_json import read_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.document import encode_page
@@ -305,7 +303,7 @@ def fabricate(
     Returns
     -------
     Fabrication
-        The files, and what was found when they were checked.
+        The files, and the results of their checks.
 
     Raises
     ------
@@ -332,7 +330,7 @@ def fabricate(
     stated = {"weavecore": source.version, "input_sha256": source.sha256}
     files = {**made.files, WOVEN: encode(weave, WOVEN, parameters=stated)}
     write_folder(folder, files, names=names, overwrite=overwrite)
-    return Fabrication(files, made.findings)
+    return Fabrication(files, made.checks)
 
 
 def describe(value: StageValue) -> list[tuple[str, str]]:

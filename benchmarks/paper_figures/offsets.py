@@ -22,9 +22,9 @@ from paper_figures.drawing import (
 )
 from paper_figures.pages import image, join, table
 from paper_figures.plates import Plate, circle, dumbbell
-from weavecore.geometry.walking import Walks, place_along, walk_far
+from weavecore.geometry.geodesics import Walks, place_along, walk_far
 from weavecore.model import Latitudes, SurfaceMesh
-from weavecore.offsetting.fronts.ground import Ground
+from weavecore.offsetting.propagation.curves import Ground
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
 SPACING = 100.0

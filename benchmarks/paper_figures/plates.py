@@ -10,14 +10,13 @@ from scipy.optimize import brentq
 from scipy.spatial import Delaunay, cKDTree
 
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.fronts.generations import STEPS_PER_SPACING, cover
-from weavecore.offsetting.fronts.ground import Curves, Ground
-from weavecore.offsetting.fronts.judging import find_room, stop_at
-from weavecore.offsetting.fronts.laying import lay_children
-from weavecore.offsetting.fronts.meeting import Meetings, curves_meet, meet_themselves
-from weavecore.offsetting.fronts.rays import Rays, cast_rays, end_steps
-from weavecore.offsetting.fronts.regrouping import regroup
-from weavecore.offsetting.fronts.seeds import seed_curves, seed_walls
+from weavecore.offsetting.propagation.child_curves import lay_children
+from weavecore.offsetting.propagation.curves import Curves, Ground
+from weavecore.offsetting.propagation.filter import find_room, stop_at
+from weavecore.offsetting.propagation.intersections import Meetings, curves_meet, meet_themselves, regroup
+from weavecore.offsetting.propagation.method import STEPS_PER_SPACING, cover
+from weavecore.offsetting.propagation.ray_directions import seed_curves, seed_walls
+from weavecore.offsetting.propagation.steps import Rays, cast_rays, end_steps
 
 _OFF_THE_BORDER = 0.7
 

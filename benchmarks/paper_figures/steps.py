@@ -23,7 +23,7 @@ from paper_figures.drawing import (
 )
 from paper_figures.pages import count, image, join, table, yes
 from paper_figures.plates import Plate, Step, circle, dumbbell
-from weavecore.offsetting.fronts.criterion import DOUBT, ends_on_opposite_sides, sum_of_four_angles
+from weavecore.offsetting.propagation.intersections import DOUBT, ends_on_opposite_sides, sum_of_four_angles
 
 _EDGE = 0.2
 _PAIRS = 100_000

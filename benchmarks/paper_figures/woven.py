@@ -12,10 +12,10 @@ import weavecore as wc
 from comparing import compare
 from paper_figures.drawing import INK, draw_loops, generation_colour, make_panels, save, save_picture
 from paper_figures.pages import join, row_of_images, table, yes
-from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.report_files import Folder
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.folder_reader import WrittenFolder
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop_folder import fabricate_weave
 from weavecore.model import LATITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.palette import LONGITUDES, POCKETS
 from weavecore.weaving.sequence import find_sequence
@@ -173,4 +173,4 @@ def _count_pieces(weave: Weave) -> int:
     source = Source("", "", weave.over_under, weave.lattice.pattern)
     shop = Workshop(templates=())
     made = fabricate_weave(weave, find_sequence(weave), scale=1.0, workshop=shop, source=source)
-    return len(Folder(made.files).table("pieces"))
+    return len(WrittenFolder(made.files).table("pieces"))

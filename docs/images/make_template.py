@@ -6,12 +6,10 @@ from pathlib import Path
 
 from weavecore import pipeline
 from weavecore.fabricating.marks import mark_pieces
-from weavecore.fabricating.pieces import cut_rods
-from weavecore.fabricating.plan import plan_rods
-from weavecore.fabricating.sheets import draw_roll, to_corner
-from weavecore.fabricating.svg import encode_svg
-from weavecore.fabricating.templates import strips_of
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.plan import Workshop, plan_rods
+from weavecore.fabricating.splices import cut_rods
+from weavecore.fabricating.template_files import encode_svg
+from weavecore.fabricating.templates import draw_roll, moved_to_origin, strips_of
 
 HERE = Path(__file__).resolve().parent
 SHOWN = ("L16", "L15", "A33", "B30")
@@ -24,7 +22,7 @@ def main() -> None:
     plan = plan_rods(weave, 1.0)
     pieces, _ = cut_rods(plan, Workshop())
     strips = [strip for strip in strips_of(pieces, mark_pieces(plan, pieces)) if strip.piece.id in SHOWN]
-    sheet = to_corner(draw_roll(plan, strips, "weavecore; 1:1 templates; unit mm"))
+    sheet = moved_to_origin(draw_roll(plan, strips, "weavecore; 1:1 templates; unit mm"))
     content = encode_svg(sheet.drawing, sheet.width, sheet.height, "A template")
     (HERE / "template.svg").write_bytes(content)
 

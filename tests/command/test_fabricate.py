@@ -16,7 +16,7 @@ from fabricated import table
 from weavecore import pipeline
 from weavecore.errors import NotWritten, OutputExists, Unreadable, Unsupported
 from weavecore.exporting.registry import encode
-from weavecore.fabricating.summary import Fabrication
+from weavecore.fabricating.workshop_folder import Fabrication
 from woven_rods import woven_tube
 
 Run = Callable[..., Any]

@@ -11,9 +11,9 @@ import pytest
 import rhino3dm
 
 from open_cloth import cloth_latitudes
-from weavecore.exporting import rhino_history
+from weavecore.exporting import rhino_document
 from weavecore.exporting.registry import encode
-from weavecore.exporting.rhino_history import with_fixed_dates
+from weavecore.exporting.rhino_document import with_fixed_dates
 from weavecore.model import LONGITUDINAL, Lattice
 from weavecore.palette import latitude_colours
 from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube_surface
@@ -162,7 +162,7 @@ def test_the_time_of_writing_leaves_no_trace(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_fixed_dates_leave_a_file_that_is_no_3dm_as_it_is() -> None:
     assert with_fixed_dates(b"x" * 100) == b"x" * 100
-    assert rhino_history.with_fixed_dates(b"") == b""
+    assert rhino_document.with_fixed_dates(b"") == b""
 
 
 def test_other_results_have_other_ids(tmp_path: Path) -> None:

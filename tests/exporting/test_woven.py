@@ -11,9 +11,9 @@ import rhino3dm
 import trimesh
 
 from weavecore import pipeline
+from weavecore.exporting.product import rod_polygons
 from weavecore.exporting.registry import encode
-from weavecore.exporting.rod_solids import rod_polygons
-from weavecore.geometry.polygons import fan_triangles
+from weavecore.geometry.polygon_mesh import fan_triangles
 from weavecore.palette import utilisation_colours
 from weavecore.viewing.picture import draw_pixels
 from woven_rods import curve_of, woven_tube

@@ -11,12 +11,10 @@ from hypothesis import strategies as st
 
 from fabricated import SHELL, made, make, table
 from weavecore.errors import Unsupported
-from weavecore.fabricating import splice_candidates
-from weavecore.fabricating.choosing_splices import Candidate, choose_splices
+from weavecore.fabricating import splices as splicing
 from weavecore.fabricating.nesting import least_bars, nest_pieces
-from weavecore.fabricating.pieces import Piece, cut_rods
-from weavecore.fabricating.plan import plan_rods
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.plan import Workshop, plan_rods
+from weavecore.fabricating.splices import Candidate, Piece, choose_splices, cut_rods
 from woven_rods import woven_sample, woven_tube
 
 SHORT = Workshop(stock=1000.0, templates=())
@@ -100,12 +98,12 @@ def test_splices_of_neighbours_are_staggered(monkeypatch: pytest.MonkeyPatch) ->
 
     def n_near(workshop: Workshop) -> int:
         _, splices = cut_rods(plan, workshop)
-        return sum(splice.nearest < splice_candidates.stagger(plan) for splice in splices)
+        return sum(splice.nearest < splicing.stagger(plan) for splice in splices)
 
     usual, crowded = Workshop(templates=()), SHORT
     assert n_near(usual) <= 1
     staggered = n_near(crowded)
-    monkeypatch.setattr(splice_candidates, "_NEAR", 0.0)
+    monkeypatch.setattr(splicing, "_PENALTY_NEAR", 0.0)
     assert n_near(crowded) > 1.3 * staggered
 
 
@@ -129,7 +127,7 @@ def test_free_ends_stand_out_by_the_overhang() -> None:
     ):
         assert a or low == -30.0
         assert b or high == pytest.approx(length[rod] + 30.0, abs=0.002)
-    assert not {f.invariant for f in folder.failing} & {"rod_not_covered_by_pieces_mm", "mark_off_its_station_mm"}
+    assert not {f.invariant for f in folder.failed} & {"rod_not_covered_by_pieces_mm", "mark_off_its_station_mm"}
 
 
 def test_stock_that_is_too_short_is_refused_with_the_rod() -> None:

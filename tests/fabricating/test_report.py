@@ -13,11 +13,10 @@ import pytest
 from fabricated import PATTERNS, SHELL, made, make, table
 from open_cloth import woven_cloth
 from weavecore import pipeline
-from weavecore.fabricating.fabricate import fabricate_weave
-from weavecore.fabricating.reporting import check_files
-from weavecore.fabricating.summary import Fabrication
-from weavecore.fabricating.table import Source
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.folder_report import check_files
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop_folder import Fabrication, fabricate_weave
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import tube_latitudes
 from woven_tube import tube_lattice
@@ -27,10 +26,10 @@ WITH_TEMPLATES = Workshop(stock=600.0, templates=("dxf", "svg"))
 MODEL = {
     "rod_bending_utilisation",
     "splice_utilisation",
-    "splice_beside_another",
-    "splice_not_held_as_it_should",
+    "splice_near_another",
+    "splice_not_held",
     "axis_gap_at_joint_off_mm",
-    "rods_that_cut_into_each_other",
+    "rods_that_intersect",
 }
 """Findings on the weave itself, which the folder cannot help."""
 
@@ -40,23 +39,23 @@ Rows = list[list[str]]
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_a_folder_breaks_none_of_its_own_promises(pattern: str) -> None:
     folder = made(SHELL, pattern)
-    assert {finding.invariant for finding in folder.failing} <= MODEL
+    assert {finding.invariant for finding in folder.failed} <= MODEL
     report = table(folder, "report")
-    assert report["invariant"] == [finding.invariant for finding in folder.findings]
-    assert report["pass"].count("no") == len(folder.failing)
-    for finding in folder.failing:
-        assert f"LOOK  {finding.invariant}" in folder.files["report.txt"].decode()
+    assert report["invariant"] == [finding.invariant for finding in folder.checks]
+    assert report["pass"].count("no") == len(folder.failed)
+    for finding in folder.failed:
+        assert f"FAIL  {finding.invariant}" in folder.files["report.txt"].decode()
 
 
 @pytest.mark.parametrize("name", ["side", "hole", "slit"])
 @pytest.mark.parametrize("pattern", ["triangular", "plain", "kagome"])
 def test_a_folder_of_a_weave_with_selvedges_breaks_none_of_its_own_promises(name: str, pattern: str) -> None:
-    assert {finding.invariant for finding in make(woven_cloth(name, pattern)).failing} <= MODEL
+    assert {finding.invariant for finding in make(woven_cloth(name, pattern)).failed} <= MODEL
 
 
 def test_a_tube_of_thin_rods_has_nothing_to_look_at() -> None:
     folder = thin()
-    assert [(f.invariant, f.value, f.ids) for f in folder.failing] == []
+    assert [(f.invariant, f.value, f.ids) for f in folder.failed] == []
     assert "all" in folder.files["report.txt"].decode()
 
 
@@ -120,7 +119,7 @@ BREAKS = [
     ("pieces", lambda rows: rows.pop(), "rod_not_covered_by_pieces_mm"),
     ("nesting", swap(1, "pieces"), None),
     ("nesting", lambda rows: rows.append(rows[-1]), "piece_not_cut_once"),
-    ("nesting", put(1, "stock_id", "S999"), "piece_on_another_bar_than_told"),
+    ("nesting", put(1, "stock_id", "S999"), "piece_on_another_bar"),
     ("nesting", add(1, "used", 5.0), "bar_sums_off_mm"),
     ("pieces", add(1, "cut_length", 590.0), "bar_used_mm"),
     (
@@ -128,25 +127,25 @@ BREAKS = [
         lambda rows: rows.extend([[f"T{k}", "", "0", "600"] for k in range(60)]),
         "bars_beyond_the_lower_bound",
     ),
-    ("splices", put(1, "n_crossings", "1"), "splice_not_held_as_it_should"),
+    ("splices", put(1, "n_crossings", "1"), "splice_not_held"),
     ("splices", put(1, "length", "10"), "splice_overlap_too_short"),
     ("splices", put(1, "utilisation", "0.9"), "splice_utilisation"),
-    ("splices", put(1, "nearest_splice", "3"), "splice_beside_another"),
+    ("splices", put(1, "nearest_splice", "3"), "splice_near_another"),
     ("marks", add(3, "station", 0.2), "mark_sides_differ_mm"),
     ("marks", add(3, "from_start", 0.2), "mark_off_its_station_mm"),
     ("axes", add(1, "x", 4.0), "node_rebuilt_off_mm"),
     ("joints", add(4, "x", 0.3), "node_rebuilt_off_mm"),
     ("marks", turn(3), "joint_without_one_over"),
-    ("joints", swap(4, "order"), "joint_order_not_as_marked"),
-    ("joints", conflict, "order_conflict_listed_for_nothing"),
+    ("joints", swap(4, "order"), "joint_order_contradicts_marks"),
+    ("joints", conflict, "order_conflict_listed_wrongly"),
     ("marks", turn(3), "order_conflict_not_listed"),
     ("rods", put(1, "diameter", "1.500"), "axis_gap_at_joint_off_mm"),
-    ("rods", put(1, "diameter", "8.000"), "rods_that_cut_into_each_other"),
+    ("rods", put(1, "diameter", "8.000"), "rods_that_intersect"),
     ("sequence", put(2, "rod", "A01"), "rod_not_set_once"),
     ("sequence", put(2, "after", "50"), "rod_set_before_what_it_needs"),
     ("rods", put(1, "generation", "7"), "ring_set_before_its_parents"),
     ("sequence", put(3, "joints_to_tie", "J0001 J0001"), "joint_not_tied_once"),
-    ("sequence", move_joint, "joint_tied_before_its_rods_stand"),
+    ("sequence", move_joint, "joint_tied_before_its_rods_are_set"),
     ("marks", lambda rows: rows.pop(), "dxf_tick_off_its_mark_mm"),
     ("marks", add(4, "from_start", 0.02), "svg_tick_off_its_mark_mm"),
     ("bom", add(1, "stock_count", 1), "bom_bars_off"),
@@ -174,7 +173,7 @@ def thin() -> Fabrication:
 
 def test_every_finding_can_be_broken() -> None:
     tested = {invariant for _, _, invariant in BREAKS}
-    told = {finding.invariant for finding in thin().findings}
+    told = {finding.invariant for finding in thin().checks}
     without_limit = {"waste_pct", "order_conflicts_listed"}
     assert told - without_limit - tested == {"dxf_scale_bar_off_mm", "svg_scale_bar_off_mm"}
 
@@ -201,7 +200,7 @@ def test_rods_from_selvedge_to_selvedge_are_set_after_their_parents_too() -> Non
     files = edited(dict(folder.files), "rods", put(at + 1, "generation", "99"))
     failing = {finding.invariant for finding in check_files(files) if not finding.passes}
     assert "ring_set_before_its_parents" in failing
-    assert "ring_set_before_its_parents" not in {finding.invariant for finding in folder.failing}
+    assert "ring_set_before_its_parents" not in {finding.invariant for finding in folder.failed}
 
 
 def test_offenders_are_named() -> None:
@@ -217,14 +216,14 @@ def test_offenders_are_named() -> None:
 )
 def test_rods_that_cross_themselves_and_closed_surfaces_break_no_promise(name: str, pattern: str) -> None:
     workshop = Workshop(stock=700.0, splice="sleeve", overhang=20.0, kerf=1.5, templates=("svg",))
-    assert {finding.invariant for finding in made(name, pattern, workshop).failing} <= MODEL
+    assert {finding.invariant for finding in made(name, pattern, workshop).failed} <= MODEL
 
 
 def test_a_model_in_metres_breaks_no_promise_but_those_of_its_thick_rods() -> None:
     weave = pipeline.weave(tube_lattice())
     source = Source("", "", weave.over_under, weave.lattice.pattern)
     folder = fabricate_weave(weave, find_sequence(weave), scale=1000.0, workshop=Workshop(), source=source)
-    assert {finding.invariant for finding in folder.failing} <= MODEL
+    assert {finding.invariant for finding in folder.failed} <= MODEL
 
 
 def test_a_twill_that_is_not_one_is_found() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections import Counter
 
 import numpy as np
@@ -12,11 +13,11 @@ from scipy.interpolate import BSpline
 from fabricated import PATTERNS, SHELL, made, make, table
 from open_cloth import woven_cloth
 from weavecore import pipeline
-from weavecore.fabricating.fabricate import TABLES, fabricate_weave
-from weavecore.fabricating.plan import plan_rods
-from weavecore.fabricating.table import Source, number
+from weavecore.fabricating.csv_tables import Source, Table, number, read_table
+from weavecore.fabricating.plan import Workshop, plan_rods
 from weavecore.fabricating.ties import find_ties, size_of_tie
-from weavecore.fabricating.workshop import Workshop
+from weavecore.fabricating.workshop_folder import TABLES, fabricate_weave
+from weavecore.model import Material
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import woven_sample, woven_tube
 
@@ -193,12 +194,10 @@ def test_the_mass_is_that_of_the_cut_rods() -> None:
 
 
 def test_a_material_without_density_has_no_mass() -> None:
-    from weavecore.model import Material
-
     own = Material("own", modulus=20.0, strength=300.0)
     folder = make(pipeline.weave(woven_tube("quad").lattice, rod_diameter=5.0, material=own))
     assert table(folder, "bom")["mass"] == [""]
-    assert not [f for f in folder.failing if f.invariant.startswith("bom")]
+    assert not [f for f in folder.failed if f.invariant.startswith("bom")]
 
 
 def test_the_same_weave_gives_the_same_bytes() -> None:
@@ -215,3 +214,23 @@ def test_numbers_are_plain() -> None:
         "",
         "-1.500",
     ]
+
+
+FORMULAS = ["=cmd|' /C calc'!A0", "+1+1", "-2+3", "@SUM(1)", "\t=1", "\r=1", "a\r=1", "'quoted", "=a,b", '="x"\n#y']
+
+
+def test_no_text_is_a_formula_in_a_spreadsheet_and_all_are_read_back() -> None:
+    table = Table("any", ("text", "number"), [(text, number(-1.5, 3)) for text in FORMULAS])
+    content = table.encode(Source("1", "", "plain", "quad"))
+    rows = list(csv.reader(io.StringIO(content.decode().split("\n", 1)[1], newline="")))[1:]
+    assert all(text.startswith(("'", "a")) for text, _ in rows)
+    assert [value for _, value in rows] == ["-1.500"] * len(FORMULAS)
+    assert read_table(content)["text"] == [text.replace("\r", "\n") for text in FORMULAS]
+
+
+def test_a_material_named_as_a_formula_is_a_text_in_the_bill() -> None:
+    own = Material(FORMULAS[0], modulus=20.0, strength=300.0, density=1800.0)
+    folder = make(pipeline.weave(woven_tube("quad").lattice, rod_diameter=5.0, material=own))
+    assert f"\n'{FORMULAS[0]},5.000," in folder.files["bom.csv"].decode()
+    assert table(folder, "bom")["material"] == [FORMULAS[0]]
+    assert not [one for one in folder.failed if one.invariant.startswith("bom")]

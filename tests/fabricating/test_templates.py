@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+import subprocess
 import sys
 from xml.etree import ElementTree as ET
 
@@ -16,11 +18,10 @@ from hypothesis import strategies as st
 from fabricated import SHELL, made, make, table
 from weavecore.errors import Unsupported
 from weavecore.fabricating.marks import mark_pieces
-from weavecore.fabricating.pieces import cut_rods
-from weavecore.fabricating.plan import plan_rods
-from weavecore.fabricating.summary import Fabrication
-from weavecore.fabricating.templates import ROW, sections_of, spread, strips_of
-from weavecore.fabricating.workshop import PAPERS, Workshop
+from weavecore.fabricating.plan import PAPERS, Workshop, plan_rods
+from weavecore.fabricating.splices import cut_rods
+from weavecore.fabricating.templates import ROW, sections_of, spread_labels, strips_of
+from weavecore.fabricating.workshop_folder import Fabrication
 from woven_rods import woven_sample, woven_tube
 
 ALL = Workshop()
@@ -138,7 +139,7 @@ def test_sections_on_the_pages_have_every_mark_once() -> None:
 def test_labels_never_lie_on_each_other_and_stay_where_there_is_room(ticks: list[tuple[float, int]]) -> None:
     wanted = sorted(at for at, _ in ticks)
     widths = [3.5 * count for _, count in ticks]
-    places = spread(wanted, widths, low=0.0, high=200.0)
+    places = spread_labels(wanted, widths, low=0.0, high=200.0)
     gaps = [b - a - (v + w) / 2 for a, b, v, w in zip(places, places[1:], widths, widths[1:])]
     assert all(gap >= -1e-9 for gap in gaps)
     if sum(widths) <= 200.0 and places:
@@ -147,7 +148,7 @@ def test_labels_never_lie_on_each_other_and_stay_where_there_is_room(ticks: list
 
 
 def test_labels_with_room_stand_at_their_ticks() -> None:
-    assert spread([20.0, 60.0, 63.0, 150.0], [7.0] * 4, low=0.0, high=200.0) == [20.0, 58.0, 65.0, 150.0]
+    assert spread_labels([20.0, 60.0, 63.0, 150.0], [7.0] * 4, low=0.0, high=200.0) == [20.0, 58.0, 65.0, 150.0]
 
 
 def test_only_the_templates_that_are_asked_for_are_drawn() -> None:
@@ -169,3 +170,27 @@ def test_the_same_weave_gives_the_same_templates() -> None:
     weave = woven_tube("diagonal")
     one, other = make(weave, ALL).files, make(weave, ALL).files
     assert [name for name in one if one[name] != other[name]] == []
+
+
+DRAW = """
+import sys
+from weavecore.fabricating.template_files import encode_dxf
+from weavecore.fabricating.templates import TICKS, TemplateDrawing
+drawing = TemplateDrawing()
+drawing.line(0.0, 0.0, 1.0, 0.0, TICKS)
+sys.stdout.buffer.write(encode_dxf(drawing, "a statement"))
+"""
+
+
+def test_the_bytes_of_the_dxf_do_not_depend_on_the_hash_seed_of_the_process() -> None:
+    contents = [
+        subprocess.run(
+            [sys.executable, "-c", DRAW], env={**os.environ, "PYTHONHASHSEED": seed}, check=True, capture_output=True
+        ).stdout
+        for seed in ("1", "4")  # Unsorted classes come in two orders for these.
+    ]
+    assert b"a statement" in contents[0]
+    assert contents[0] == contents[1]
+    classes = [one.dxf.name for one in ezdxf.read(io.StringIO(contents[0].decode())).classes]
+    assert len(classes) > 10
+    assert classes == sorted(classes)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planar_meshes import plate, rectangle
-from weavecore.geometry.cutting import NONE, Marks, cut_along
+from weavecore.geometry.cut import NONE, Marks, cut_along
 from weavecore.geometry.halfedges import find_twins
 
 SQUARE = np.array([[0, 1, 2], [0, 2, 3]])

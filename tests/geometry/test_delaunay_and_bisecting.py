@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial import Delaunay
 
 from planar_meshes import plate, rectangle
-from weavecore.geometry.bisecting import bisect_edges, bisect_long_edges, unique_edges
-from weavecore.geometry.delaunay import improve_triangles, turn_edges
+from weavecore.geometry.bisection import bisect_edges, bisect_long_edges, unique_edges
+from weavecore.geometry.lawson_flips import improve_triangles, turn_edges
 from weavecore.geometry.matching import match_greedily
 
 NOTHING = np.zeros(0, np.int64)

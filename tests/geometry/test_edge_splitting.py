@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from planar_meshes import circle, plate
-from weavecore.geometry.edge_splitting import NOT_SPLIT, split_edges
+from weavecore.geometry.bisection import NOT_SPLIT, split_edges
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, halfedge_ends
 from weavecore.model import SurfaceMesh
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.edges import edges_between
+from weavecore.geometry.polygon_mesh import edges_between
 
 
 def test_edges_are_found_from_either_end_in_any_order() -> None:

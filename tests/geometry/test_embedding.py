@@ -9,7 +9,7 @@ from scipy.spatial import Delaunay
 from raw_meshes import ball, grid, torus, triangles
 from weavecore.errors import BadCurve, NonFinite
 from weavecore.geometry.closest import closest_faces
-from weavecore.geometry.embedding import embed_curve
+from weavecore.geometry.curve_embedding.embed import embed_curve
 from weavecore.geometry.halfedges import border_loops, check_manifold_vertices, find_twins
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from weavecore.geometry.laddering import LEAST_CROWD, lay_ladder
+from weavecore.geometry.triangulate2d import LEAST_CROWD, lay_ladder
 
 TOPS = {
     "one corner": [[0.5, 0.1]],

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from weavecore.geometry.planar import inside_polygons, triangulate_polygon, triangulate_region
-from weavecore.geometry.relaxing import doubled_areas
+from weavecore.geometry.lawson_flips import doubled_areas
+from weavecore.geometry.triangulate2d import inside_polygons, triangulate_polygon, triangulate_region
 
 
 def ring(n: int, radius, start: int = 0, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from weavecore.errors import TooFarFromOrigin, TooMuchWork
-from weavecore.geometry import refinement
+from weavecore.geometry import refine
 from weavecore.geometry.halfedges import NO_TWIN, border_loops, check_manifold_vertices, find_twins, halfedge_ends
-from weavecore.geometry.refinement import refine_faces
+from weavecore.geometry.refine import refine_faces
 
 ONE_TRIANGLE = (np.array([[0.0, 0, 0], [10, 0, 0], [3, 8, 0]]), np.array([[0, 1, 2]]))
 
@@ -247,8 +247,8 @@ def test_motion_changes_nothing_but_the_coordinates(name):
 
 def test_rounds_do_not_grow_with_the_length_of_a_run_of_ever_longer_edges(monkeypatch):
     rounds = []
-    split = refinement._Bisection.split
-    monkeypatch.setattr(refinement._Bisection, "split", lambda self, queue: rounds.append(0) or split(self, queue))
+    split = refine._Bisection.split
+    monkeypatch.setattr(refine._Bisection, "split", lambda self, queue: rounds.append(0) or split(self, queue))
     fine = refine_faces(*fan(4000), longest=2.0)
     assert len(fine.faces) > 20_000
     assert len(rounds) < 60

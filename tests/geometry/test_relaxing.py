@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from weavecore.geometry.planar import triangulate_region
-from weavecore.geometry.relaxing import (
+from weavecore.geometry.lawson_flips import (
     corner_cotangents,
     doubled_areas,
     flip_edges,
@@ -14,6 +13,7 @@ from weavecore.geometry.relaxing import (
     take_back_folds,
     wanted_shift,
 )
+from weavecore.geometry.triangulate2d import triangulate_region
 
 NO_EDGES = np.zeros((0, 2), np.int64)
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from planar_meshes import circle, plate
+from weavecore.geometry.geodesics import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.geometry.unfolding import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.model import SurfaceMesh
 
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from planar_meshes import circle, plate
-from weavecore.geometry.cycles import order_cycles
+from weavecore.geometry.arrays import order_cycles
+from weavecore.geometry.geodesics import Unfolding, on_halfedge, place_along, walk_far
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.geometry.unfolding import Unfolding
-from weavecore.geometry.walking import on_halfedge, place_along, walk_far
 from weavecore.model import SurfaceMesh
 
 

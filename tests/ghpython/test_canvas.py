@@ -15,8 +15,8 @@ import rhino3dm
 import rhino_shapes
 from ghpython.stubs import Canvas, Component, DataTree, GhPath, Ran
 from weavecore.canvas import Run, measure, read_geometry, solve
-from weavecore.canvas.digest import Indistinct, digest
-from weavecore.canvas.trees import data_tree, grouped
+from weavecore.canvas.results import data_tree, grouped
+from weavecore.canvas.solve import Indistinct, digest
 from weavecore.errors import NonManifold, Unsupported
 from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, rhino_faces, rhino_vertices

@@ -21,10 +21,10 @@ from grasshopper_files.components import read_component, script_text
 from grasshopper_files.xml_archive import decode_xml
 from weavecore import pipeline
 from weavecore.exporting.registry import WRITERS
-from weavecore.linking.derived import PATTERN_NAMES
+from weavecore.linking.link import PATTERN_NAMES
 from weavecore.pipeline import METHODS, PAGE, PICTURE
 from weavecore.reading.read import ENDINGS
-from weavecore.weaving.materials import known_materials
+from weavecore.weaving.bending import known_materials
 
 SAMPLE = Path(build.SAMPLE)
 

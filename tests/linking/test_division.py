@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from weavecore.linking.division import divide_border, divide_evenly, index_at, turns
-from weavecore.linking.samples import find_spikes, sample_polylines
+from weavecore.linking.resample import divide_border, divide_evenly, find_spikes, index_at, sample_polylines, turns
 from weavecore.model import Polylines
 
 SQUARE = np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]], float)

@@ -10,8 +10,8 @@ import pytest
 from bound_rings import dumbbell, hemisphere, linked, pair_of_pants
 from weavecore.geometry.arrays import rows_of
 from weavecore.linking import link as linking
-from weavecore.linking.division import points_at
-from weavecore.linking.fairing import fair
+from weavecore.linking.resample import points_at
+from weavecore.linking.smoothing import fair
 from weavecore.model import LATITUDINAL, Lattice
 from weavecore.weaving.strands import find_strands
 

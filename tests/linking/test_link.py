@@ -22,9 +22,9 @@ from planar_meshes import plate, rectangle
 from weavecore.errors import Unsupported
 from weavecore.linking.link import link_latitudes
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, SurfaceMesh
-from weavecore.offsetting.field import DistanceField
-from weavecore.offsetting.levels import offset_levels
-from weavecore.offsetting.tracing import trace_latitudes
+from weavecore.offsetting.distance.solver import DistanceField
+from weavecore.offsetting.isolines.extract import trace_latitudes
+from weavecore.offsetting.level_sets import offset_levels
 
 SHAPES = {
     "hemisphere": (hemisphere, 0.1),

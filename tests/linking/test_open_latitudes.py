@@ -11,11 +11,11 @@ from bound_rings import check_weave
 from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_side, path_through, plate, started
 from planar_meshes import circle
 from planar_meshes import plate as flat_plate
-from weavecore.linking.derived import PATTERN_NAMES, link_pattern
-from weavecore.linking.selvedges import divide_selvedges, find_selvedges
+from weavecore.linking.free_borders import divide_selvedges, find_selvedges
+from weavecore.linking.link import PATTERN_NAMES, link_pattern
 from weavecore.model import Origins, SurfaceMesh
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL
-from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.level_sets import offset_levels
 
 SPACINGS = (1.1, 1.7, 3.1)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from weavecore.linking.cells import BandFaces, faces_of_zip
-from weavecore.linking.rings import Zip
-from weavecore.linking.splicing import splice
+from weavecore.linking.band_faces import BandFaces, faces_of_zip, splice
+from weavecore.linking.strips import Zip
 
 
 def strip(draw: np.random.Generator, n: int, m: int) -> BandFaces:

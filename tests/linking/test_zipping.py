@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from weavecore.linking.cells import BandFaces, faces_of_zip
-from weavecore.linking.rings import Zip
-from weavecore.linking.zipping import choose_tips, feet_of_nodes, nearest_tips, unroll_feet
+from weavecore.linking.band_faces import BandFaces, faces_of_zip
+from weavecore.linking.strip_dp import choose_tips, feet_of_nodes, nearest_tips, unroll_feet
+from weavecore.linking.strips import Zip
 
 
 def evenly(n, m, phase=0.0):

@@ -7,9 +7,9 @@ from flat_fields import flat_field, flat_surface
 from planar_meshes import circle, rectangle
 from weavecore.geometry.arrays import rows_of
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.field import DistanceField
-from weavecore.offsetting.levels import offset_levels
-from weavecore.offsetting.tracing import trace_latitudes
+from weavecore.offsetting.distance.solver import DistanceField
+from weavecore.offsetting.isolines.extract import trace_latitudes
+from weavecore.offsetting.level_sets import offset_levels
 from weavecore.validating import validate
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from weavecore.offsetting.edge_profile import invert_cubic, invert_kink
+from weavecore.offsetting.isolines.crossings import invert_cubic, invert_kink
 
 HEIGHT = np.linspace(0, 1, 1001)
 

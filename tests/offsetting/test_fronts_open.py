@@ -17,13 +17,11 @@ from tough_register import grid
 from weavecore import pipeline
 from weavecore.errors import Degenerate, SpacingTooLarge
 from weavecore.model import SurfaceMesh
-from weavecore.model.origins import Origins
-from weavecore.offsetting.fronts.checking import refuse_loose_ends
-from weavecore.offsetting.fronts.ground import Ground
-from weavecore.offsetting.fronts.meeting import meet_themselves
-from weavecore.offsetting.fronts.method import offset_fronts
-from weavecore.offsetting.fronts.regrouping import lengths_of, regroup
-from weavecore.offsetting.fronts.seeds import seed_curves
+from weavecore.model.surface import Origins
+from weavecore.offsetting.propagation.curves import Ground
+from weavecore.offsetting.propagation.intersections import lengths_of, meet_themselves, regroup
+from weavecore.offsetting.propagation.method import offset_fronts, refuse_loose_ends
+from weavecore.offsetting.propagation.ray_directions import seed_curves
 from weavecore.validating import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_files"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.offsetting.grades import grade_of, places_along
+from weavecore.offsetting.distance.ray_seeds import grade_of, places_along
 
 
 def two_loops() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -11,8 +11,8 @@ from bound_rings import check_weave, cylinder, hemisphere
 from weavecore import pipeline
 from weavecore.errors import SpacingTooLarge, Unsupported
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.ladder import Ladder
-from weavecore.offsetting.levels import offset_levels
+from weavecore.offsetting.level_sets import offset_levels
+from weavecore.offsetting.spacing import Ladder
 from weavecore.validating import validate
 
 STEPS = st.lists(st.floats(0.01, 100.0), min_size=1, max_size=6)

@@ -7,8 +7,8 @@ from flat_fields import distance_at, flat_surface
 from planar_meshes import circle, rectangle
 from weavecore.errors import SpacingTooLarge, Unsupported
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.levels import offset_levels
-from weavecore.offsetting.preparing import EDGES_PER_SPACING
+from weavecore.offsetting.level_sets import offset_levels
+from weavecore.offsetting.preparation import EDGES_PER_SPACING
 from weavecore.validating import validate
 
 

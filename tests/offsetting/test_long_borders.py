@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from weavecore.geometry.refinement import refine_faces
+from weavecore.geometry.refine import refine_faces
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.wavefront import measure_distance
+from weavecore.offsetting.distance.solver import measure_distance
 
 
 def distance_to_sides(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

@@ -11,11 +11,10 @@ from open_cloth import CLOTHS, COLUMNS, EDGE, ROWS, cloth_latitudes, from_hole, 
 from weavecore.errors import BadIndex
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model import Origins, SurfaceMesh
-from weavecore.offsetting.levels import offset_levels
-from weavecore.offsetting.mirroring import glue_mirror
-from weavecore.offsetting.shallow import drop_shallow
-from weavecore.offsetting.tracing import trace_latitudes
-from weavecore.offsetting.wavefront import measure_distance
+from weavecore.offsetting.distance.reflected_double import glue_mirror
+from weavecore.offsetting.distance.solver import measure_distance
+from weavecore.offsetting.isolines.extract import drop_shallow, trace_latitudes
+from weavecore.offsetting.level_sets import offset_levels
 
 HELD_OFF = 2e-4 * EDGE
 """A polyline keeps half of that off the vertices that lie on it."""

@@ -5,7 +5,7 @@ import pytest
 
 from flat_fields import flat_field, flat_surface, without_directions
 from planar_meshes import circle, rectangle
-from weavecore.offsetting.tracing import trace_latitudes
+from weavecore.offsetting.isolines.extract import trace_latitudes
 from weavecore.validating import validate
 
 

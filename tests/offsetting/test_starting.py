@@ -9,8 +9,8 @@ import pytest
 
 from weavecore.errors import BadCurve, BadIndex, NonFinite, Unsupported
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.preparing import refuse_closed
-from weavecore.offsetting.starting import start_at
+from weavecore.offsetting.preparation import refuse_closed
+from weavecore.offsetting.sources import start_at
 from weavecore.pipeline import offset, suggest_spacing
 from woven_tube import COLUMNS, tube_surface
 

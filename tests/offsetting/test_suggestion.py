@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from tough_surfaces import TOUGH
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.levels import offset_levels
-from weavecore.offsetting.suggestion import round_friendly, spacing_for_edges, suggest_spacing
+from weavecore.offsetting.level_sets import offset_levels
+from weavecore.offsetting.spacing import round_friendly, spacing_for_edges, suggest_spacing
 from woven_tube import tube_surface
 
 

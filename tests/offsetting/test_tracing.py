@@ -9,9 +9,9 @@ from flat_fields import distance_at, flat_field, flat_surface, without_direction
 from planar_meshes import circle, plate, rectangle
 from weavecore.errors import SpacingTooLarge, TooMuchWork
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.field import DistanceField
-from weavecore.offsetting.ladder import Ladder
-from weavecore.offsetting.tracing import trace_latitudes
+from weavecore.offsetting.distance.solver import DistanceField
+from weavecore.offsetting.isolines.extract import trace_latitudes
+from weavecore.offsetting.spacing import Ladder
 from weavecore.tolerances import LEVEL_FROM_VERTEX
 from weavecore.validating import validate
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from distance_oracles import flat_distance, rolled, sector_distance, sector_sheet
 from planar_meshes import circle, plate, rectangle
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.rays import front_distance
-from weavecore.offsetting.wavefront import measure_distance
+from weavecore.offsetting.distance.rays import front_distance
+from weavecore.offsetting.distance.solver import measure_distance
 
 
 def errors(surface, exact, field=None):

@@ -9,7 +9,7 @@ import pytest
 import rhino_shapes as make
 from raw_meshes import grid
 from weavecore.errors import BadCurve, Degenerate, NoCurve, NonFinite, Unreadable
-from weavecore.geometry.curve_points import distance_from_segments
+from weavecore.geometry.curve_embedding.sampling import distance_from_segments
 from weavecore.reading import curve_from, inspect_file, read_curves, read_surface
 
 r = pytest.importorskip("rhino3dm")

@@ -12,7 +12,7 @@ import pytest
 import misbehaving
 from weavecore.errors import NonManifold, TooMuchWork, Unreadable
 from weavecore.reading import inspect_file, read_surface
-from weavecore.reading.guarded import Limits, call_guarded, limits_for, limits_for_all
+from weavecore.reading.sandbox import Limits, call_guarded, limits_for, limits_for_all
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="the platform sets no limits on memory and processor time")
 

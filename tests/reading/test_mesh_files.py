@@ -8,7 +8,8 @@ import pytest
 
 from raw_meshes import area, ball, grid, moved, triangles
 from weavecore.errors import BadIndex, NonFinite, NoSurface, TooMuchWork, Unreadable, Unsupported, WeaveError
-from weavecore.reading import inspect_file, mesh_files, read_surface
+from weavecore.reading import inspect_file, read_surface
+from weavecore.reading.formats import mesh_file
 
 SHEET, QUADS = grid(3, 2)
 TRIANGLES = triangles(QUADS)
@@ -302,7 +303,7 @@ class TestFiles:
             read_surface(tmp_path / "folder.obj")
 
     def test_too_large_files_are_refused_unread(self, put, monkeypatch):
-        monkeypatch.setattr(mesh_files, "MOST_BYTES", 100)
+        monkeypatch.setattr(mesh_file, "MOST_BYTES", 100)
         with pytest.raises(TooMuchWork):
             read_surface(put("a.obj", obj()))
 

@@ -17,7 +17,7 @@ from weavecore import pipeline
 from weavecore.errors import BadIndex, NonFinite, Unreadable, Unsupported, WeaveError
 from weavecore.exporting.registry import encode
 from weavecore.model import Clashes
-from weavecore.reading.result_file import decode_result, read_result, take_result
+from weavecore.reading.formats.result_json import decode_result, read_result, take_result
 from woven_rods import FOLDER, woven_sample
 from woven_tube import tube_lattice
 

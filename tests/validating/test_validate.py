@@ -23,7 +23,7 @@ from weavecore.model import (
     SurfaceMesh,
 )
 from weavecore.validating import Finding, Report, validate
-from weavecore.validating.hems import hem_edges
+from weavecore.validating.check_lattices import hem_edges
 from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube_surface
 
 BREAKERS: dict[str, dict[str, Callable]] = {"surface": {}, "latitudes": {}, "lattice": {}, "strands": {}}

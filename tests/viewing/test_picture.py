@@ -11,9 +11,8 @@ import pytest
 
 from weavecore.errors import Unsupported
 from weavecore.model import LONGITUDINAL, SurfaceMesh
-from weavecore.viewing.choosing import choose_view
-from weavecore.viewing.picture import draw_pixels, encode_picture
-from weavecore.viewing.png import encode_png
+from weavecore.viewing.camera import choose_view
+from weavecore.viewing.picture import draw_pixels, encode_picture, encode_png
 from woven_tube import tube_latitudes, tube_lattice, tube_surface
 
 SMALL = (160, 120)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from weavecore.viewing.camera import Camera, look_at, view_axes
-from weavecore.viewing.raster import NOTHING, Buffer, draw_triangles, planes_over
-from weavecore.viewing.rods import draw_rods, see_rods
+from weavecore.viewing.raster import NOTHING, Buffer, draw_rods, draw_triangles, planes_over, see_rods
 
 SIZE = (40, 30)
 

@@ -7,8 +7,7 @@ from weavecore import pipeline
 from weavecore.errors import Unsupported
 from weavecore.geometry.splines import as_b_splines, fit_splines, sample_curves
 from weavecore.model import Material, RodAxes
-from weavecore.weaving.bending import bending_window, measure_bending
-from weavecore.weaving.materials import known_materials, material_named
+from weavecore.weaving.bending import bending_window, known_materials, material_named, measure_bending
 from woven_rods import tube_latitudes, woven_tube
 
 

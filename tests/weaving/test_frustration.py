@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from weavecore.geometry.spanning import spread_signs
-from weavecore.weaving.frustration import UNTIED, ties_to_break
+from weavecore.weaving.plain import UNTIED, ties_to_break
 
 N = 4
 

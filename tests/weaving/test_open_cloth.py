@@ -7,7 +7,7 @@ import pytest
 
 from open_cloth import CLOTHS, EDGE, ROWS, SPACING, cloth_latitudes, woven_cloth
 from weavecore.model import LATITUDINAL, LONGITUDINAL, first_generations
-from weavecore.validating.hems import hem_edges
+from weavecore.validating.check_lattices import hem_edges
 from weavecore.weaving.naming import find_lean
 from weavecore.weaving.sequence import find_sequence
 

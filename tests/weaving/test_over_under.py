@@ -6,7 +6,7 @@ import pytest
 from weavecore.errors import Unsupported
 from weavecore.geometry.spanning import spread_signs, spread_sums
 from weavecore.model import LATITUDINAL
-from weavecore.weaving.twilling import settle_phases
+from weavecore.weaving.twill import settle_phases
 from woven_rods import sides_along, woven_sample, woven_tube
 
 

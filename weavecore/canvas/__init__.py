@@ -5,8 +5,8 @@ are needed are there, keeps results of the same inputs, and turns whatever is wr
 Nothing here imports Grasshopper before it is needed, so that it can be tested without.
 """
 
+from weavecore.canvas.inputs import chosen, numbers, read_curves, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
-from weavecore.canvas.reading import chosen, numbers, read_curves, read_geometry
 from weavecore.canvas.results import (
     LatitudeResults,
     LatticeResults,
@@ -16,7 +16,7 @@ from weavecore.canvas.results import (
     draw_rods,
     draw_surface,
 )
-from weavecore.canvas.solving import Cancelled, Run, solve
+from weavecore.canvas.solve import Cancelled, Run, solve
 from weavecore.canvas.writing import check, concerns, counts, report_lines, write_value
 
 __all__ = [

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from weavecore.canvas.solving import Run
-from weavecore.canvas.trees import data_tree, grouped
+from weavecore.canvas.solve import Run
 from weavecore.geometry.arrays import Ints
-from weavecore.geometry.polygons import fan_quads
-from weavecore.model import (
-    LATITUDINAL,
-    LONGITUDINAL,
-    POCKET,
-    Latitudes,
-    Lattice,
-    SurfaceMesh,
-    Weave,
-    first_generations,
-)
+from weavecore.geometry.polygon_mesh import fan_quads
+from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave, first_generations
 from weavecore.viewing.outlines import are_inside
 from weavecore.weaving.strands import find_strands
 
@@ -132,3 +124,34 @@ def _places(branch: Ints) -> Ints:
 
 def _columns(rows: list[tuple[Any, Any]]) -> tuple[list[Any], list[Any]]:
     return [row[0] for row in rows], [row[1] for row in rows]
+
+
+# ----------------------------------------------------------------------
+# Grasshopper's data trees.
+
+Branch = tuple[tuple[int, ...], list[Any]]
+"""A path and the items that lie there."""
+
+
+def data_tree(branches: Iterable[Branch]) -> Any:
+    """A ``DataTree`` of branches in their order; those of one path are put together."""
+    grasshopper: Any = import_module("Grasshopper")
+    paths: Any = import_module("Grasshopper.Kernel.Data")
+    system: Any = import_module("System")
+    # Python's own object is no type for .NET.
+    tree = grasshopper.DataTree[system.Object]()
+    for path, items in branches:
+        place = paths.GH_Path(*path)
+        tree.EnsurePath(place)
+        for item in items:
+            # A whole number would stay one of Python's, which Grasshopper does not reckon with.
+            tree.Add(system.Int32(item) if isinstance(item, int) else item, place)
+    return tree
+
+
+def grouped(keys: Iterable[int], items: Iterable[Any]) -> list[Branch]:
+    """One branch for each key, rising, with its items in their order."""
+    branches: dict[int, list[Any]] = {}
+    for key, item in zip(keys, items):
+        branches.setdefault(int(key), []).append(item)
+    return [((key,), branches[key]) for key in sorted(branches)]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from weavecore import pipeline
-from weavecore.canvas.solving import Run
+from weavecore.canvas.solve import Run
 from weavecore.errors import Unsupported
 from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
-from weavecore.reading.wording import counted
+from weavecore.reading.raw import counted
 
 _MOST_NAMED = 5
 

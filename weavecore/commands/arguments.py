@@ -88,9 +88,9 @@ def known_by(module: str, find: str) -> Callable[[Optional[str]], Optional[str]]
     return check
 
 
-known_pattern = known_by("weavecore.linking.derived", "known_pattern")
-known_material = known_by("weavecore.weaving.materials", "material_named")
-known_style = known_by("weavecore.weaving.styles", "style_named")
+known_pattern = known_by("weavecore.linking.link", "known_pattern")
+known_material = known_by("weavecore.weaving.bending", "material_named")
+known_style = known_by("weavecore.weaving.layers", "style_named")
 
 
 def known_method(name: str) -> str:

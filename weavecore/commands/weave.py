@@ -31,7 +31,7 @@ from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 if TYPE_CHECKING:
     from weavecore.model import SurfaceMesh
-    from weavecore.offsetting.ladder import Spacing
+    from weavecore.offsetting.spacing import Spacing
 
 _MATERIALS = "What the rods are made of: gfrp, gfrp-short, bamboo, rattan or steel-strip."
 

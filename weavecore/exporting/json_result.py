@@ -1,6 +1,6 @@
 """The JSON result: one object with all that was made, for programs to read.
 
-All that the stages know is there, so that `weavecore.reading.result_file` gives the same values back.
+All that the stages know is there, so that `weavecore.reading.formats.result_json` gives the same values back.
 Floats are written as the shortest text that reads back to the same bits; keys stand in a
 fixed order; there is no white space.  Indices count from 0.
 

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.exporting.polygons import Polygons, coordinate_lines
-from weavecore.exporting.product import Product
-from weavecore.exporting.rod_solids import faces_to_write
-from weavecore.geometry.polygons import fan_triangles
+from weavecore.exporting.product import Polygons, Product, coordinate_lines, faces_to_write
+from weavecore.geometry.polygon_mesh import fan_triangles
 
 
 def encode_obj(product: Product) -> bytes:

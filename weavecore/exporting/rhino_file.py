@@ -13,8 +13,7 @@ import hashlib
 
 import numpy as np
 
-from weavecore.exporting.polygons import polygons_of
-from weavecore.exporting.product import Product, strand_lengths
+from weavecore.exporting.product import Product, polygons_of, strand_lengths
 from weavecore.exporting.rhino_document import Document
 from weavecore.exporting.woven import add_rods
 from weavecore.geometry.arrays import Floats

@@ -1,4 +1,12 @@
-"""`Mark`: where a piece passes a node, and what crosses it there."""
+"""`Mark`: where a piece passes a node of the lattice, and which rods cross it there.
+
+Left and right are seen from outside of the surface, along the rod of the mark::
+
+              other rod
+                 ↑              side = "left" where (t × u) · n ≥ 0,
+    rod ─────────┼────→         t and u the directions of the rod and of the other one,
+                 │              n the normal out of the surface
+"""
 
 from __future__ import annotations
 
@@ -6,14 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.fabricating.pieces import Piece
 from weavecore.fabricating.plan import RodPlan
+from weavecore.fabricating.splices import Piece
 
 OVER, UNDER = "over", "under"
 LEFT, RIGHT = "left", "right"
 
 _ON_END = 1e-6
-"""Rods end at joints: a mark so far beyond an end is on it."""
+"""Rods end at joints: a mark at most so many millimetres beyond an end, by rounding, is on it."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +32,11 @@ class Crossing:
     ----------
     rod : int
     station : float
-        Along that rod.
+        Along the other rod, in millimetres.
     is_over : bool
         Whether the rod of the mark lies over it, further out of the surface.
     side : str
-        Where it runs on to, seen from outside and along the rod of the mark: ``"left"`` or ``"right"``.
+        To which side it continues: ``"left"`` or ``"right"``.
     """
 
     rod: int
@@ -47,12 +55,12 @@ class Mark:
     number : int
         From 1 along the piece.
     station : float
-        Along the rod.
+        Along the rod, in millimetres.
     at : float
-        From the start of the piece.
+        From the start of the piece, in millimetres.
     node : int
     joint : int
-        Or -1 at a node that the rod passes alone.
+        -1 at a node that the rod passes alone.
     crossings : tuple of Crossing
     """
 
@@ -65,14 +73,19 @@ class Mark:
     crossings: tuple[Crossing, ...]
 
 
-def joint_name(node: int, joint: int, n_nodes: int) -> str:
-    """``J`` and the number of the node in the lattice; ``N`` where one rod passes it alone."""
-    digits = max(4, len(str(n_nodes - 1)))
-    return f"{'N' if joint < 0 else 'J'}{node:0{digits}d}"
-
-
 def mark_pieces(plan: RodPlan, pieces: list[Piece]) -> list[Mark]:
-    """Every pass of a piece by a node, by piece and along it; where pieces overlap both are marked."""
+    """Mark every node that a piece passes; where pieces overlap both are marked.
+
+    Parameters
+    ----------
+    plan : RodPlan
+    pieces : list of Piece
+
+    Returns
+    -------
+    list of Mark
+        By piece, and along each.
+    """
     strands, axes = plan.weave.strands, plan.axes
     crossings = _crossings(plan)
     marks = []
@@ -91,8 +104,26 @@ def mark_pieces(plan: RodPlan, pieces: list[Piece]) -> list[Mark]:
     return marks
 
 
+def joint_name(node: int, joint: int, n_nodes: int) -> str:
+    """Name a joint: ``J`` and the number of its node in the lattice, or ``N`` where one rod passes the node alone.
+
+    Parameters
+    ----------
+    node, joint : int
+        The joint is -1 where there is none.
+    n_nodes : int
+        Count of the lattice's nodes, which sets the count of digits.
+
+    Returns
+    -------
+    str
+    """
+    digits = max(4, len(str(n_nodes - 1)))
+    return f"{'N' if joint < 0 else 'J'}{node:0{digits}d}"
+
+
 def _crossings(plan: RodPlan) -> list[tuple[Crossing, ...]]:
-    """The other rods at every visit, from the innermost out."""
+    """The other rods at every visit, from the innermost outwards."""
     joints, weave, stations = plan.weave.joints, plan.weave, plan.axes.stations
     found: list[tuple[Crossing, ...]] = [()] * len(stations)
     tangents, normals = plan.tangents.tolist(), weave.normals[joints.node].tolist()

@@ -1,4 +1,10 @@
-"""Which pieces are cut from which bar: the longest first, each from the bar that it fills best."""
+"""Which pieces are cut from which bar: one-dimensional bin packing.
+
+Best fit decreasing: the longest piece first, each from the bar that it fills best, which never needs more than 11/9 of
+the fewest bars and one more (Johnson 1974).  Where that is more than the lower bound L2 (Martello and Toth 1990), the
+bars are also filled one after the other, each as full as a sum of lengths in whole millimetres can be (subset sum), and
+the better of the two is taken.  O(n · bars) for best fit, O(n · bars · stock) for the subset sums.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +14,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.fabricating.pieces import Piece
+from weavecore.fabricating.splices import Piece
+from weavecore.geometry.arrays import Floats
 
 _MOST_TRIALS = 200_000
-"""Bars times pieces, up to which it is tried to do better than best fit."""
+"""Bars times pieces up to which subset sums are tried: a bound on the time."""
 
-_ROOM = 1e-6
-"""Pieces that fill a bar to the last micrometre still fit."""
+_FIT_TOLERANCE = 1e-6
+"""Pieces that exceed a bar by less than this many millimetres, by rounding, still fit."""
+
+_MOST_THRESHOLDS = 200
+"""The bound L2 is the greatest over thresholds; the shortest lengths of the pieces are tried, up to so many."""
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar of stock and the pieces that are cut from it, in this order."""
+    """A bar of stock and the pieces that are cut from it, in this order.
+
+    Parameters
+    ----------
+    id : str
+    pieces : tuple of Piece
+    used, offcut : float
+        In millimetres; with the kerf of each cut.
+    """
 
     id: str
     pieces: tuple[Piece, ...]
@@ -30,15 +48,16 @@ class Bar:
 def nest_pieces(pieces: Sequence[Piece], *, stock: float, kerf: float) -> list[Bar]:
     """Cut all pieces from as few bars as can be found.
 
-    Best fit, the longest first, which never needs more than 11/9 of the fewest bars and one more
-    (Johnson 1974).  Where that is more than the least that could do, the bars are filled one after the other as
-    full as they can be.
-
     Parameters
     ----------
     pieces : sequence of Piece
         None with a cut longer than the stock.
     stock, kerf : float
+        Length of the bars, and what the saw removes at each cut, in millimetres.
+
+    Returns
+    -------
+    list of Bar
     """
     lengths = np.array([piece.cut_length + kerf for piece in pieces])
     order = sorted(range(len(pieces)), key=lambda k: (-lengths[k], k))
@@ -55,9 +74,20 @@ def nest_pieces(pieces: Sequence[Piece], *, stock: float, kerf: float) -> list[B
 
 
 def least_bars(lengths: Sequence[float], stock: float) -> int:
-    """A number of bars that no cutting can do with less of (Martello and Toth 1990, bound L2).
+    """A lower bound on the count of bars (Martello and Toth 1990, bound L2).
 
-    Pieces longer than half a bar need one each, and what these leave takes no more than it has room for.
+    Pieces longer than half a bar need one each.  For each threshold t, pieces longer than ``stock - t`` leave
+    no room for one of length t or more; the others of the long ones leave what the short ones can use.
+
+    Parameters
+    ----------
+    lengths : sequence of float
+        Of the pieces, with the kerf.
+    stock : float
+
+    Returns
+    -------
+    int
     """
     if not lengths:
         return 0
@@ -65,22 +95,23 @@ def least_bars(lengths: Sequence[float], stock: float) -> int:
     total = np.concatenate([[0.0], np.cumsum(row)])
     half = stock / 2
     n_long = int(np.searchsorted(-row, -half, side="left"))
-    best = math.ceil((total[-1] - _ROOM) / stock)
-    for least in np.unique(row[row <= half])[:200].tolist():
+    best = math.ceil((total[-1] - _FIT_TOLERANCE) / stock)
+    for least in np.unique(row[row <= half])[:_MOST_THRESHOLDS].tolist():
         n_huge = int(np.searchsorted(-row, -(stock - least), side="left"))
         n_counted = int(np.searchsorted(-row, -least, side="right"))
         room = (n_long - n_huge) * stock - (total[n_long] - total[n_huge])
-        small = total[n_counted] - total[n_long]
-        best = max(best, n_long + max(0, math.ceil((small - room - _ROOM) / stock)))
+        short = total[n_counted] - total[n_long]
+        best = max(best, n_long + max(0, math.ceil((short - room - _FIT_TOLERANCE) / stock)))
     return int(max(best, n_long))
 
 
-def _best_fit(lengths: np.ndarray, order: Sequence[int], stock: float) -> list[list[int]]:
+def _best_fit(lengths: Floats, order: Sequence[int], stock: float) -> list[list[int]]:
+    """The pieces of each bar, each piece put where it leaves the least."""
     bars: list[list[int]] = []
     left = np.full(len(order), np.inf)  # Bars that are not begun are never the fullest.
     for k in order:
         room = left[: len(bars)] - lengths[k]
-        room = np.where(room >= -_ROOM, room, np.inf)
+        room = np.where(room >= -_FIT_TOLERANCE, room, np.inf)
         best = int(np.argmin(room)) if len(room) else 0
         if len(room) and np.isfinite(room[best]):
             bars[best].append(k)
@@ -91,7 +122,7 @@ def _best_fit(lengths: np.ndarray, order: Sequence[int], stock: float) -> list[l
     return bars
 
 
-def _fill_one_by_one(lengths: np.ndarray, order: Sequence[int], stock: float) -> list[list[int]]:
+def _fill_one_by_one(lengths: Floats, order: Sequence[int], stock: float) -> list[list[int]]:
     """Fill each bar, beginning with the longest piece that is left, as full as a sum of whole millimetres can be."""
     left = list(order)
     bars = []
@@ -105,12 +136,12 @@ def _fill_one_by_one(lengths: np.ndarray, order: Sequence[int], stock: float) ->
 
 
 def _fullest(lengths: Sequence[float], room: float) -> list[int]:
-    """Which of the lengths, each rounded up to a whole millimetre, fill the room best."""
-    space = int(room + _ROOM)
+    """Which of the lengths, each rounded up to a whole millimetre, fill the room best (subset sum)."""
+    space = int(room + _FIT_TOLERANCE)
     reached_by = np.full(space + 1, -1, np.int64)
     reached_by[0] = len(lengths)
     for i, length in enumerate(lengths):
-        need = math.ceil(length - _ROOM)
+        need = math.ceil(length - _FIT_TOLERANCE)
         if need > space:
             continue
         fresh = (reached_by[: space + 1 - need] >= 0) & (reached_by[need:] < 0)
@@ -122,5 +153,5 @@ def _fullest(lengths: Sequence[float], room: float) -> list[int]:
     while at > 0:
         i = int(reached_by[at])
         chosen.append(i)
-        at -= math.ceil(lengths[i] - _ROOM)
+        at -= math.ceil(lengths[i] - _FIT_TOLERANCE)
     return sorted(chosen)

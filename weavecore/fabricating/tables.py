@@ -1,23 +1,85 @@
-"""The tables of the folder, from the plan, the pieces and the marks."""
+"""The tables of the workshop folder: what a row is, and its columns, see docs/fabrication.md.
+
+Points along the axes are so near each other that the straight line between two stays within `_SAG` of the curve: a
+chord of length s on a curve of curvature κ departs from it by κ s² / 8, so the step of each cubic is √(8 · sag / κ).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.fabricating.axes import sample_axes
+from weavecore.fabricating.csv_tables import Table, listed, mm, number, yes_no
 from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
 from weavecore.fabricating.nesting import Bar
-from weavecore.fabricating.pieces import Piece, Splice
-from weavecore.fabricating.plan import RodPlan
-from weavecore.fabricating.splice_candidates import stagger
-from weavecore.fabricating.table import Table, listed, mm, number, yes_no
-from weavecore.fabricating.ties import Ties
+from weavecore.fabricating.plan import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, RodPlan, Workshop
+from weavecore.fabricating.splices import Piece, Splice, stagger
+from weavecore.fabricating.ties import Ties, size_of_tie
+from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.geometry.splines import cubic_points, sample_curves, span_ends
 from weavecore.model import FAMILIES, BuildSequence
 
+_SAG = 0.02
+"""How far an axis may depart from the straight line between two points of axes.csv, in millimetres: a fifth of the
+tolerance that lengths are checked with."""
 
-def rods_table(plan: RodPlan) -> Table:
+_LONGEST_STEP = 50.0
+"""Points of an axis are at most so many millimetres apart, also where it is straight."""
+
+_PROBES = 5
+"""Directions of each cubic that its curvature is estimated from."""
+
+
+@dataclass(frozen=True)
+class CutList:
+    """Everything that is cut and tied, as the tables list it.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    splices : sequence of Splice
+    bars : sequence of Bar
+    marks : sequence of Mark
+    ties : Ties
+    """
+
+    pieces: Sequence[Piece]
+    splices: Sequence[Splice]
+    bars: Sequence[Bar]
+    marks: Sequence[Mark]
+    ties: Ties
+
+
+def build_tables(plan: RodPlan, workshop: Workshop, cut_list: CutList, sequence: BuildSequence) -> list[Table]:
+    """Build all tables of the folder but the report.
+
+    Parameters
+    ----------
+    plan : RodPlan
+    workshop : Workshop
+    cut_list : CutList
+    sequence : BuildSequence
+
+    Returns
+    -------
+    list of Table
+    """
+    return [
+        _rods_table(plan),
+        _pieces_table(plan, cut_list),
+        _splices_table(plan, cut_list.splices),
+        _nesting_table(cut_list.bars),
+        _marks_table(plan, cut_list.marks),
+        _joints_table(plan, cut_list.ties),
+        _axes_table(plan),
+        _sequence_table(plan, sequence),
+        _bom_table(plan, workshop, cut_list),
+    ]
+
+
+def _rods_table(plan: RodPlan) -> Table:
     """One row a rod."""
     weave, axes = plan.weave, plan.axes
     bending = weave.bending
@@ -44,9 +106,9 @@ def rods_table(plan: RodPlan) -> Table:
     return Table("rods", columns.split(","), rows)
 
 
-def pieces_table(plan: RodPlan, pieces: Sequence[Piece], bars: Sequence[Bar]) -> Table:
+def _pieces_table(plan: RodPlan, cut_list: CutList) -> Table:
     """One row a piece."""
-    stock = {piece.id: bar.id for bar in bars for piece in bar.pieces}
+    stock = {piece.id: bar.id for bar in cut_list.bars for piece in bar.pieces}
     columns = "piece_id,rod_id,seq,from,to,cut_length,splice_start,splice_end,stock_id"
     rows = [
         (
@@ -60,12 +122,12 @@ def pieces_table(plan: RodPlan, pieces: Sequence[Piece], bars: Sequence[Bar]) ->
             piece.splice_end.id if piece.splice_end else "",
             stock[piece.id],
         )
-        for piece in pieces
+        for piece in cut_list.pieces
     ]
     return Table("pieces", columns.split(","), rows)
 
 
-def splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
+def _splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
     """One row a splice."""
     columns = "splice_id,rod_id,kind,from,to,length,n_crossings,utilisation,nearest_splice,wanted_apart"
     rows = [
@@ -86,13 +148,13 @@ def splices_table(plan: RodPlan, splices: Sequence[Splice]) -> Table:
     return Table("splices", columns.split(","), rows)
 
 
-def nesting_table(bars: Sequence[Bar]) -> Table:
+def _nesting_table(bars: Sequence[Bar]) -> Table:
     """One row a bar."""
     rows = [(bar.id, listed(piece.id for piece in bar.pieces), mm(bar.used), mm(bar.offcut)) for bar in bars]
     return Table("nesting", ("stock_id", "pieces", "used", "offcut"), rows)
 
 
-def marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
+def _marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
     """One row for each other rod at each mark; one without another rod where a piece passes a node alone."""
     columns = "piece_id,no,station,other_rod,other_station,joint_id,over_under,side,from_start,rod_id"
     rows: list[tuple[object, ...]] = []
@@ -107,7 +169,7 @@ def marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
     return Table("marks", columns.split(","), rows)
 
 
-def joints_table(plan: RodPlan, ties: Ties) -> Table:
+def _joints_table(plan: RodPlan, ties: Ties) -> Table:
     """One row a joint."""
     weave, joints = plan.weave, plan.weave.joints
     conflicts: dict[int, list[str]] = {}
@@ -134,20 +196,20 @@ def joints_table(plan: RodPlan, ties: Ties) -> Table:
     return Table("joints", columns.split(","), rows)
 
 
-def axes_table(plan: RodPlan) -> Table:
+def _axes_table(plan: RodPlan) -> Table:
     """Points along every axis, those at nodes among them."""
-    points = sample_axes(plan)
+    points = _sample_axes(plan)
     rows = [
         (plan.ids[rod], mm(station), mm(x), mm(y), mm(z), number(offset, 4))
         for rod, station, (x, y, z), offset in zip(
-            points.rod.tolist(), points.station.tolist(), points.point.tolist(), points.layer_offset.tolist()
+            points.rod.tolist(), points.stations.tolist(), points.points.tolist(), points.layer_offsets.tolist()
         )
     ]
     return Table("axes", ("rod_id", "station", "x", "y", "z", "layer_offset"), rows)
 
 
-def sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
-    """One row a step; what the others bind is set, closed or from selvedge to selvedge."""
+def _sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
+    """One row a step: rings, and rods that run between free borders as rings do, are set; the others are woven in."""
     joints = plan.weave.joints
     rows = []
     for k, (rod, is_ring) in enumerate(zip(sequence.strand.tolist(), sequence.is_ring.tolist())):
@@ -156,3 +218,89 @@ def sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
         action = "weave in" if not is_ring else "set ring" if plan.axes.closed[rod] else "set rod"
         rows.append((k + 1, action, plan.ids[rod], listed(tied), listed(after)))
     return Table("sequence", ("step", "action", "rod", "joints_to_tie", "after"), rows)
+
+
+@dataclass(frozen=True, eq=False)
+class _AxisPoints:
+    """Points along the axes (n,), by rod and station; of a ring the first comes again at the end.
+
+    Between nodes the layer offset is interpolated linearly.
+    """
+
+    rod: Ints
+    stations: Floats
+    points: Floats
+    layer_offsets: Floats
+
+
+def _sample_axes(plan: RodPlan) -> _AxisPoints:
+    """Sample all axes; the visits are among the points."""
+    axes = plan.axes
+    samples = sample_curves(
+        axes.points, axes.derivatives, axes.parameters, axes.offsets, axes.closed, axes.ends, step=_steps(plan)
+    )
+    rod = rows_of(samples.offsets)
+    given = np.flatnonzero(samples.is_given)
+    # With a gap between rods, the stations of all of them are one rising sequence to interpolate in.
+    base = np.concatenate([[0.0], np.cumsum(axes.lengths + 1.0)])[:-1]
+    is_end = samples.offsets[1:][axes.closed] - 1
+    known = np.sort(np.concatenate([given, is_end]))
+    visit = np.searchsorted(given, known)
+    visit[np.searchsorted(known, is_end)] = axes.offsets[:-1][axes.closed]
+    station = axes.stations[visit]
+    station[np.searchsorted(known, is_end)] = axes.lengths[axes.closed]
+    place = base[rod] + samples.stations
+    # The visits keep the stations of the marks to the last bit; those between are interpolated.
+    stations = np.interp(place, place[known], base[rod[known]] + station) - base[rod]
+    stations[known] = station
+    heights = np.interp(place, place[known], axes.layer_offsets[visit])
+    return _AxisPoints(rod, stations, samples.points, heights)
+
+
+def _steps(plan: RodPlan) -> Floats:
+    """(n,) for each cubic of `span_ends`, how far apart its points may be."""
+    axes = plan.axes
+    start, stop, width = span_ends(axes.parameters, axes.offsets, axes.closed, axes.ends)
+    ends = (axes.points[start], axes.points[stop], axes.derivatives[start], axes.derivatives[stop])
+    slopes = [cubic_points(*ends, width, np.full(len(start), t))[1] for t in np.linspace(0, 1, _PROBES)]
+    unit = [slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny) for slope in slopes]
+    turn = np.max([np.linalg.norm(b - a, axis=1) for a, b in zip(unit, unit[1:])], axis=0)
+    curvature = turn * (_PROBES - 1) / width
+    steps: Floats = np.sqrt(8 * _SAG / np.maximum(curvature, 8 * _SAG / _LONGEST_STEP**2))
+    return steps
+
+
+def _bom_table(plan: RodPlan, workshop: Workshop, cut_list: CutList) -> Table:
+    """What to buy: one row, as all rods are of one material and diameter."""
+    pieces, bars, ties = cut_list.pieces, cut_list.bars, cut_list.ties
+    material = plan.weave.material
+    per_mm = _kilograms_per_mm(plan.diameter, material.density)
+    cut = sum(piece.cut_length for piece in pieces)
+    longest = float(ties.length.max(initial=0.0))
+    columns = (
+        "material,diameter,stock_count,ties,mass,stock_length,cut_length,stock_mass,tie_size,sleeves,sleeve_length,"
+        "labels,density,kerf"
+    )
+    is_sleeve = workshop.splice == SLEEVE
+    row = (
+        material.name,
+        mm(plan.diameter),
+        len(bars),
+        int(ties.count.sum()),
+        number(cut * per_mm, 4),
+        mm(workshop.stock),
+        mm(cut),
+        number(len(bars) * workshop.stock * per_mm, 4),
+        mm(size_of_tie(longest)) if longest else "",
+        len(cut_list.splices) if is_sleeve else 0,
+        mm(workshop.sleeve_length(plan.diameter)) if is_sleeve else "",
+        LABELS_PER_PIECE * len(pieces),
+        number(material.density, 1),
+        mm(workshop.kerf),
+    )
+    return Table("bom", columns.split(","), [row])
+
+
+def _kilograms_per_mm(diameter: float, density: float) -> float:
+    """Mass of a round rod by its length; NaN where the density is not known."""
+    return np.pi / 4 * diameter**2 * density * KG_PER_MM3 if density > 0 else float("nan")

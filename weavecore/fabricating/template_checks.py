@@ -1,4 +1,9 @@
-"""Whether the ticks on the templates, read back, are the marks."""
+"""What the report checks of the templates: their ticks, read back, are the marks.
+
+The pieces are rows one `ROW` apart, the first at the top, and all begin at one x::
+
+    row = round((y of the first row - y) / ROW),    distance from the start = x - x0
+"""
 
 from __future__ import annotations
 
@@ -8,32 +13,38 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from weavecore.fabricating.drawing import SCALE, TICKS
-from weavecore.fabricating.needed import need
-from weavecore.fabricating.report_files import Finding, Folder
-from weavecore.fabricating.templates import ROW, SCALE_BAR
+from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
+from weavecore.fabricating.template_files import import_optional
+from weavecore.fabricating.templates import ROW, SCALE, SCALE_BAR, TICKS
 from weavecore.geometry.arrays import Floats
 
-LIMIT = 0.01
+_LIMIT = 0.01
+"""How far a tick may be from its mark, and the scale bar from its length, in millimetres."""
+
 _SVG = "{http://www.w3.org/2000/svg}"
 
 
-def check_templates(folder: Folder) -> Iterator[Finding]:
-    """Ticks and scale bars of the DXF and the SVG."""
+def check_templates(folder: WrittenFolder) -> Iterator[CheckResult]:
+    """Check the ticks and the scale bars of the DXF and the SVG.
+
+    Parameters
+    ----------
+    folder : WrittenFolder
+    """
     wanted = _marks(folder)
     if "templates.dxf" in folder.files:
-        lines = read_dxf_lines(folder.files["templates.dxf"])
+        lines = _read_dxf_lines(folder.files["templates.dxf"])
         yield _ticks_off("dxf", lines[TICKS], wanted)
-        yield Finding("dxf_scale_bar_off_mm", _scale_off(lines[SCALE]), LIMIT)
+        yield CheckResult("dxf_scale_bar_off_mm", _scale_off(lines[SCALE]), _LIMIT)
     if "templates.svg" in folder.files:
-        lines = read_svg_lines(folder.files["templates.svg"])
+        lines = _read_svg_lines(folder.files["templates.svg"])
         yield _ticks_off("svg", lines[TICKS], wanted)
-        yield Finding("svg_scale_bar_off_mm", _scale_off(lines[SCALE]), LIMIT)
+        yield CheckResult("svg_scale_bar_off_mm", _scale_off(lines[SCALE]), _LIMIT)
 
 
-def read_dxf_lines(content: bytes) -> dict[str, Floats]:
+def _read_dxf_lines(content: bytes) -> dict[str, Floats]:
     """The lines (n, 4) of every layer of a DXF, as x, y, x, y with y up."""
-    document = need("ezdxf", "DXF").read(io.StringIO(content.decode()))
+    document = import_optional("ezdxf", "DXF").read(io.StringIO(content.decode()))
     lines: dict[str, list[tuple[float, ...]]] = {TICKS: [], SCALE: []}
     for line in document.modelspace().query("LINE"):
         (a, b, _), (c, d, _) = line.dxf.start, line.dxf.end
@@ -41,7 +52,7 @@ def read_dxf_lines(content: bytes) -> dict[str, Floats]:
     return {layer: np.array(rows, np.float64).reshape(-1, 4) for layer, rows in lines.items()}
 
 
-def read_svg_lines(content: bytes) -> dict[str, Floats]:
+def _read_svg_lines(content: bytes) -> dict[str, Floats]:
     """The lines (n, 4) of every layer of an SVG, as x, y, x, y with y up."""
     root = ET.fromstring(content)
     lines = {}
@@ -54,7 +65,7 @@ def read_svg_lines(content: bytes) -> dict[str, Floats]:
     return lines
 
 
-def _marks(folder: Folder) -> Floats:
+def _marks(folder: WrittenFolder) -> Floats:
     """(n, 2) row and distance from the start of every tick, by row."""
     marks, pieces = folder.table("marks"), folder.table("pieces")
     row = {piece: k for k, piece in enumerate(pieces["piece_id"])}
@@ -65,22 +76,22 @@ def _marks(folder: Folder) -> Floats:
     return np.array(sorted((key[0], at) for key, at in ticks.items()), np.float64).reshape(-1, 2)
 
 
-def _ticks_off(name: str, lines: Floats, wanted: Floats) -> Finding:
-    """How far ticks are from their marks: the rows begin with the first, each where its first tick has its place."""
+def _ticks_off(name: str, lines: Floats, wanted: Floats) -> CheckResult:
+    """How far ticks (n, 4) are from their marks, given as row and distance from the start (n, 2)."""
     invariant = f"{name}_tick_off_its_mark_mm"
     if len(lines) != len(wanted):
-        return Finding(invariant, float("nan"), LIMIT)
+        return CheckResult(invariant, float("nan"), _LIMIT)
     if len(lines) == 0:
-        return Finding(invariant, 0.0, LIMIT)
+        return CheckResult(invariant, 0.0, _LIMIT)
     middle = (lines[:, 1] + lines[:, 3]) / 2
     row = np.round((middle.max() - middle) / ROW)
     order = np.lexsort([lines[:, 0], row])
-    # A piece without a tick leaves its row out; the first row is that of the first piece that has one.
+    # A piece without a tick has an empty row; the first row found is that of the first piece with one.
     rows_off = np.abs(row[order] - (wanted[:, 0] - wanted[0, 0]))
-    # All pieces begin at one x, which is 0 in the DXF and behind a margin in the SVG.
+    # x0 is 0 in the DXF and behind a margin in the SVG.
     shift = lines[order, 0] - wanted[:, 1]
     off = np.abs(shift - np.median(shift))
-    return Finding(invariant, float(np.max(off + rows_off * ROW)), LIMIT)
+    return CheckResult(invariant, float(np.max(off + rows_off * ROW)), _LIMIT)
 
 
 def _scale_off(lines: Floats) -> float:

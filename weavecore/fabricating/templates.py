@@ -1,55 +1,191 @@
 """Templates: pieces drawn straight, 1:1, with a tick at every mark.
 
-A rod is laid on its outline.  Above a tick stands what crosses there, ``over A12`` where the rod runs over A12, and
-below it the distance from the start of the piece in millimetres; the rod is seen from outside of the surface.
-Texts that would lie on each other are moved aside, with a line to their tick.
+::
+
+              over A12   under B07        turned by 90 degrees, above the tick: which rod crosses
+                 ╲          │
+    A03-1  ╞══════╪═════════╪══════╡  A03-1      names at both ends
+    start         │         ╲       end, cut 812.4
+                120.0      304.5                 below: distance from the start of the piece in mm
+
+The rod is seen from outside of the surface.  x runs right and y up, in millimetres.  Labels that would overlap are
+moved aside with a line to their tick, by the pool adjacent violators algorithm (isotonic regression), in time linear
+in their number.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Optional
 
-from weavecore.fabricating.drawing import (
-    LABELS,
-    LEFT,
-    MIDDLE,
-    NAMES,
-    RIGHT,
-    ROD,
-    SCALE,
-    SPLICES,
-    TICKS,
-    Drawing,
-)
 from weavecore.fabricating.marks import OVER, UNDER, Mark
-from weavecore.fabricating.pieces import Piece, Splice
-from weavecore.fabricating.plan import RodPlan
+from weavecore.fabricating.plan import PAPERS, RodPlan
+from weavecore.fabricating.splices import Piece, Splice
+
+ROD, TICKS, LABELS, NAMES, SPLICES, SCALE = "ROD", "TICKS", "LABELS", "NAMES", "SPLICES", "SCALE"
+LAYERS = {
+    ROD: (120, 120, 120),
+    TICKS: (0, 0, 0),
+    LABELS: (0, 0, 0),
+    NAMES: (0, 0, 0),
+    SPLICES: (200, 56, 40),
+    SCALE: (40, 96, 200),
+}
+"""Layers and their colours (red, green, blue from 0 to 255): outlines of rods, ticks at marks, texts at ticks, names of
+pieces, splices, and the scale bar with the statement."""
+
+LEFT, MIDDLE, RIGHT = "left", "middle", "right"
 
 ROW = 42.0
-"""Height of a piece with its texts."""
+"""Height of a piece with its texts, in millimetres: the longest label, ``under A123``, and distances below."""
 
 SCALE_BAR = 100.0
+"""Length of the scale bar in millimetres."""
 
-_TICK, _SHORT_TICK, _LEADER, _NAME, _SMALL = 4.0, 2.0, 2.5, 4.2, 2.6
+_TICK, _SHORT_TICK, _LEADER = 4.0, 2.0, 2.5
+"""Half the height of a tick, and of one without a crossing; height of the line from a tick to its label."""
+
+_NAME_HEIGHT, _TEXT_HEIGHT = 4.2, 2.6
+"""Heights of capitals in millimetres: names are read from an arm's length, the others close by."""
+
 _LINE = 3.6
-"""From one turned line of text to the next."""
+"""Distance of base lines, in millimetres."""
 
-NAME_WIDTH = 28.0
+_LEAST_HALF_WIDTH = 0.5
+"""Thin rods are drawn 1 mm thick, so that their two outlines do not merge on paper."""
+
+_THIN, _TICK_WIDTH, _BOLD, _SPLICE_WIDTH = 0.18, 0.25, 0.35, 0.5
+"""Line widths in millimetres."""
+
+_NAME_WIDTH = 28.0
 """Room for the name of a piece at each of its ends."""
+
+_MARGIN, _FOOT = 9.0, 20.0
+"""Margin of a page that printers leave white, and height of the scale bar with the statement."""
+
+_SECTION_STEP = 20.0
+"""Sections of pieces on pages are multiples of this length, in millimetres."""
+
+
+@dataclass(frozen=True)
+class DrawnLine:
+    """A straight line.
+
+    Parameters
+    ----------
+    x1, y1, x2, y2 : float
+    layer : str
+    width : float
+    is_dashed : bool
+        Where a piece continues on another page.
+    """
+
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+    layer: str
+    width: float = _THIN
+    is_dashed: bool = False
+
+
+@dataclass(frozen=True)
+class DrawnText:
+    """A text.
+
+    Parameters
+    ----------
+    x, y : float
+        Point on the base line at which the text begins, is centred or ends, by ``anchor``.
+    text : str
+    height : float
+        Of its capitals.
+    layer : str
+    anchor : str
+        ``"left"``, ``"middle"`` or ``"right"``.
+    is_turned : bool
+        Whether it runs upwards.
+    bold : bool
+    """
+
+    x: float
+    y: float
+    text: str
+    height: float
+    layer: str
+    anchor: str = LEFT
+    is_turned: bool = False
+    bold: bool = False
+
+
+@dataclass
+class TemplateDrawing:
+    """The lines and texts of one sheet, before they are written in a format.
+
+    Parameters
+    ----------
+    lines : list of DrawnLine
+    texts : list of DrawnText
+    """
+
+    lines: list[DrawnLine] = field(default_factory=list)
+    texts: list[DrawnText] = field(default_factory=list)
+
+    def line(
+        self, x1: float, y1: float, x2: float, y2: float, layer: str, *, width: float = _THIN, is_dashed: bool = False
+    ) -> None:
+        """Add a line."""
+        self.lines.append(DrawnLine(x1, y1, x2, y2, layer, width, is_dashed))
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        height: float,
+        layer: str,
+        *,
+        anchor: str = LEFT,
+        is_turned: bool = False,
+        bold: bool = False,
+    ) -> None:
+        """Add a text."""
+        self.texts.append(DrawnText(x, y, text, height, layer, anchor, is_turned, bold))
+
+    def moved(self, x: float, y: float) -> TemplateDrawing:
+        """The drawing, moved by (x, y)."""
+        return TemplateDrawing(
+            [replace(one, x1=one.x1 + x, x2=one.x2 + x, y1=one.y1 + y, y2=one.y2 + y) for one in self.lines],
+            [replace(one, x=one.x + x, y=one.y + y) for one in self.texts],
+        )
+
+
+@dataclass(frozen=True)
+class TemplateSheet:
+    """A drawing and its size in millimetres.
+
+    Parameters
+    ----------
+    drawing : TemplateDrawing
+    width, height : float
+    """
+
+    drawing: TemplateDrawing
+    width: float
+    height: float
 
 
 @dataclass(frozen=True)
 class Strip:
-    """A piece with its marks, and what of it is drawn.
+    """A piece with its marks, or a section of it.
 
     Parameters
     ----------
     piece : Piece
     marks : tuple of Mark
     low, high : float
-        From its start.
+        Ends of the section, from the start of the piece.
     """
 
     piece: Piece
@@ -59,20 +195,126 @@ class Strip:
 
 
 def strips_of(pieces: Sequence[Piece], marks: Sequence[Mark]) -> list[Strip]:
-    """One whole strip for each piece."""
+    """One whole strip for each piece.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    marks : sequence of Mark
+        Of these pieces.
+
+    Returns
+    -------
+    list of Strip
+    """
     of_piece: dict[str, list[Mark]] = {piece.id: [] for piece in pieces}
     for mark in marks:
         of_piece[mark.piece.id].append(mark)
     return [Strip(piece, tuple(of_piece[piece.id]), 0.0, piece.cut_length) for piece in pieces]
 
 
+def draw_roll(plan: RodPlan, strips: Sequence[Strip], statement: str) -> TemplateSheet:
+    """Draw all pieces whole, one below the other, for plotters and lasers.
+
+    Parameters
+    ----------
+    plan : RodPlan
+    strips : sequence of Strip
+    statement : str
+        Origin of the file.
+
+    Returns
+    -------
+    TemplateSheet
+        The k-th piece begins at x = 0 and has its axis at y = -`ROW` (k + 1/2).
+    """
+    drawing = TemplateDrawing()
+    for k, strip in enumerate(strips):
+        _draw_strip(drawing, plan, strip, 0.0, -ROW * (k + 0.5))
+    _draw_scale(drawing, 0.0, _FOOT, statement)
+    longest = max([strip.high for strip in strips], default=0.0)
+    return TemplateSheet(drawing, longest + 2 * (_NAME_WIDTH + _MARGIN), ROW * len(strips) + 2 * _FOOT + _MARGIN)
+
+
+def moved_to_origin(sheet: TemplateSheet) -> TemplateSheet:
+    """Move a sheet of `draw_roll` so that its lower left corner is at 0, for formats without negative coordinates.
+
+    Parameters
+    ----------
+    sheet : TemplateSheet
+    """
+    return TemplateSheet(
+        sheet.drawing.moved(_NAME_WIDTH + _MARGIN, sheet.height - 2 * _FOOT - _MARGIN / 2), sheet.width, sheet.height
+    )
+
+
+def draw_pages(plan: RodPlan, strips: Sequence[Strip], statement: str, paper: str) -> list[TemplateSheet]:
+    """Draw the pieces on pages, long ones in sections and short ones beside each other; each page with a scale bar.
+
+    Parameters
+    ----------
+    plan : RodPlan
+    strips : sequence of Strip
+    statement : str
+        Origin of the file.
+    paper : str
+        One of `PAPERS`.
+
+    Returns
+    -------
+    list of TemplateSheet
+    """
+    width, height = PAPERS[paper]
+    rows = _fill_rows(strips, width - 2 * _MARGIN)
+    per_page = int((height - _MARGIN - _FOOT) // ROW)
+    pages = []
+    count = max(1, -(-len(rows) // per_page))
+    for number in range(count):
+        drawing = TemplateDrawing()
+        for k, row in enumerate(rows[number * per_page : (number + 1) * per_page]):
+            for x, section in row:
+                _draw_strip(drawing, plan, section, _MARGIN + x, height - _MARGIN - ROW * (k + 0.5))
+        _draw_scale(drawing, _NAME_WIDTH + _MARGIN, _MARGIN + 3.0, statement)
+        note = f"page {number + 1} of {count}, print at 100 %"
+        drawing.text(width - _MARGIN, _MARGIN - _TEXT_HEIGHT, note, _TEXT_HEIGHT, SCALE, anchor=RIGHT)
+        pages.append(TemplateSheet(drawing, width, height))
+    return pages
+
+
+def _fill_rows(strips: Sequence[Strip], width: float) -> list[list[tuple[float, Strip]]]:
+    """Sections in their order, each with the x of its left end, in rows of this width."""
+    longest = (width - 2 * _NAME_WIDTH) // _SECTION_STEP * _SECTION_STEP
+    rows: list[list[tuple[float, Strip]]] = []
+    reached = width
+    for strip in strips:
+        for section in sections_of(strip, longest):
+            need = section.high - section.low + 2 * _NAME_WIDTH
+            if reached + need > width:
+                rows.append([])
+                reached = 0.0
+            rows[-1].append((reached + _NAME_WIDTH, section))
+            reached += need
+    return rows
+
+
 def sections_of(strip: Strip, longest: float) -> list[Strip]:
-    """The strip in parts that fit on a page: full ones, and the rest."""
+    """Divide a strip into sections of full length, and the rest.
+
+    Parameters
+    ----------
+    strip : Strip
+    longest : float
+        Length of a section in millimetres.
+
+    Returns
+    -------
+    list of Strip
+    """
     sections = []
     low = 0.0
     while low < strip.high:
         high = min(low + longest, strip.high)
-        # A mark on the seam is drawn once, in the section that begins there.
+        # A mark between two sections is drawn once, in the section that begins there.
         is_last = high == strip.high
         marks = tuple(m for m in strip.marks if low <= m.at and (m.at < high or is_last))
         sections.append(Strip(strip.piece, marks, low, high))
@@ -80,34 +322,23 @@ def sections_of(strip: Strip, longest: float) -> list[Strip]:
     return sections
 
 
-def draw_strip(drawing: Drawing, plan: RodPlan, strip: Strip, x: float, y: float) -> None:
+def _draw_strip(drawing: TemplateDrawing, plan: RodPlan, strip: Strip, x: float, y: float) -> None:
     """Draw a strip whose left end is at ``x`` and whose axis is at ``y``."""
-    half = max(plan.diameter / 2, 0.5)
+    half = max(plan.diameter / 2, _LEAST_HALF_WIDTH)
     shift = x - strip.low
     right = strip.high + shift
     drawing.line(x, y + half, right, y + half, ROD)
     drawing.line(x, y - half, right, y - half, ROD)
     is_first, is_last = strip.low == 0.0, strip.high == strip.piece.cut_length
     for at, is_end in ((x, is_first), (right, is_last)):
-        drawing.line(at, y - half - 1, at, y + half + 1, ROD, width=0.35 if is_end else 0.18, dashed=not is_end)
+        drawing.line(at, y - half - 1, at, y + half + 1, ROD, width=_BOLD if is_end else _THIN, is_dashed=not is_end)
     _draw_names(drawing, strip, x, right, y, is_first, is_last)
     _draw_splices(drawing, strip, shift, y, half)
     _draw_ticks(drawing, plan, strip, shift, y)
 
 
-def draw_scale(drawing: Drawing, x: float, y: float, statement: str) -> None:
-    """Draw the scale bar from ``x``, and beside it what the file states."""
-    drawing.line(x, y, x + SCALE_BAR, y, SCALE, width=0.35)
-    for k in range(11):
-        drawing.line(x + 10 * k, y, x + 10 * k, y + (3.0 if k % 5 == 0 else 1.8), SCALE)
-    drawing.text(x, y - 3.6, "0", _SMALL, SCALE, anchor=MIDDLE)
-    drawing.text(x + SCALE_BAR, y - 3.6, "100 mm", _SMALL, SCALE, anchor=MIDDLE)
-    for k, line in enumerate(statement.split("; input ")):
-        drawing.text(x + SCALE_BAR + 12, y - _LINE * k, f"input {line}" if k else line, _SMALL, SCALE)
-
-
 def _draw_names(
-    drawing: Drawing, strip: Strip, x: float, right: float, y: float, is_first: bool, is_last: bool
+    drawing: TemplateDrawing, strip: Strip, x: float, right: float, y: float, is_first: bool, is_last: bool
 ) -> None:
     piece = strip.piece
     start = ["start", *_splice_note(piece.splice_start)] if is_first else [f"from {strip.low:.0f}"]
@@ -115,17 +346,17 @@ def _draw_names(
     if not is_last:
         end = [f"goes on at {strip.high:.0f}"]
     for at, notes, anchor, aside in ((x, start, RIGHT, -3.0), (right, end, LEFT, 3.0)):
-        drawing.text(at + aside, y + 0.8, piece.id, _NAME, NAMES, anchor=anchor, bold=True)
+        drawing.text(at + aside, y + 0.8, piece.id, _NAME_HEIGHT, NAMES, anchor=anchor, bold=True)
         for k, note in enumerate(notes):
             layer = SPLICES if k else NAMES
-            drawing.text(at + aside, y - 3.4 - _LINE * k, note, _SMALL, layer, anchor=anchor)
+            drawing.text(at + aside, y - 3.4 - _LINE * k, note, _TEXT_HEIGHT, layer, anchor=anchor)
 
 
 def _splice_note(splice: Optional[Splice]) -> list[str]:
     return [f"{splice.kind} {splice.id}"] if splice else []
 
 
-def _draw_splices(drawing: Drawing, strip: Strip, shift: float, y: float, half: float) -> None:
+def _draw_splices(drawing: TemplateDrawing, strip: Strip, shift: float, y: float, half: float) -> None:
     piece = strip.piece
     ends = ((piece.splice_start, 0.0, True), (piece.splice_end, piece.cut_length, False))
     for splice, end, is_start in ends:
@@ -134,37 +365,49 @@ def _draw_splices(drawing: Drawing, strip: Strip, shift: float, y: float, half: 
         low, high = (end, end + splice.reach) if is_start else (end - splice.reach, end)
         a, b = max(low, strip.low) + shift, min(high, strip.high) + shift
         if a < b:
-            drawing.line(a, y - half - 1.0, b, y - half - 1.0, SPLICES, width=0.5)
+            drawing.line(a, y - half - 1.0, b, y - half - 1.0, SPLICES, width=_SPLICE_WIDTH)
 
 
-def _draw_ticks(drawing: Drawing, plan: RodPlan, strip: Strip, shift: float, y: float) -> None:
+def _draw_ticks(drawing: TemplateDrawing, plan: RodPlan, strip: Strip, shift: float, y: float) -> None:
     for mark in strip.marks:
         reach = _TICK if mark.crossings else _SHORT_TICK
-        drawing.line(mark.at + shift, y - reach, mark.at + shift, y + reach, TICKS, width=0.25)
-    # A node that a rod passes alone asks nothing of the workshop: a short tick without words.
+        drawing.line(mark.at + shift, y - reach, mark.at + shift, y + reach, TICKS, width=_TICK_WIDTH)
+    # Where a rod passes a node alone there is nothing to tie: a short tick without a label.
     marks = [mark for mark in strip.marks if mark.crossings]
     ticks = [mark.at + shift for mark in marks]
     widths = [_LINE * len(mark.crossings) for mark in marks]
-    places = spread(ticks, widths, low=strip.low + shift, high=strip.high + shift)
+    places = spread_labels(ticks, widths, low=strip.low + shift, high=strip.high + shift)
     for mark, tick, place in zip(marks, ticks, places):
         above, below = y + _TICK + _LEADER, y - _TICK - _LEADER
         drawing.line(tick, y + _TICK, place, above, LABELS)
         drawing.line(tick, y - _TICK, place, below, LABELS)
-        first = place - _LINE * (len(mark.crossings) - 1) / 2 + _SMALL / 2 - 0.2
+        first = place - _LINE * (len(mark.crossings) - 1) / 2 + _TEXT_HEIGHT / 2 - 0.2
         for k, other in enumerate(mark.crossings):
             text = f"{OVER if other.is_over else UNDER} {plan.ids[other.rod]}"
-            drawing.text(first + k * _LINE, above + 0.8, text, _SMALL, LABELS, turned=True, bold=other.is_over)
+            drawing.text(first + k * _LINE, above + 0.8, text, _TEXT_HEIGHT, LABELS, is_turned=True, bold=other.is_over)
         at = f"{mark.at:.1f}"
-        drawing.text(place + _SMALL / 2 - 0.2, below - 0.8, at, _SMALL, LABELS, turned=True, anchor=RIGHT)
+        drawing.text(
+            place + _TEXT_HEIGHT / 2 - 0.2, below - 0.8, at, _TEXT_HEIGHT, LABELS, is_turned=True, anchor=RIGHT
+        )
 
 
-def spread(wanted: Sequence[float], widths: Sequence[float], *, low: float, high: float) -> list[float]:
-    """Places as near to the wanted ones, which rise, as can be without two of the widths lying on each other.
+def spread_labels(wanted: Sequence[float], widths: Sequence[float], *, low: float, high: float) -> list[float]:
+    """Move labels so that none overlap, as little as possible in the sum of squares (pool adjacent violators).
 
-    Neighbours that would are put side by side about the mean of what they want (pool adjacent violators).
-    Where there is room they keep between ``low`` and ``high``.
+    Parameters
+    ----------
+    wanted : sequence of float
+        Middles of the labels, rising.
+    widths : sequence of float
+    low, high : float
+        Range that the labels stay in where it is wide enough.
+
+    Returns
+    -------
+    list of float
+        Middles of the labels.
     """
-    groups: list[list[float]] = []  # [sum of wanted starts, number, start offset at the end]
+    groups: list[list[float]] = []  # Of labels that touch: the sum of their wanted starts, and their count.
     edges = [0.0]
     for width in widths:
         edges.append(edges[-1] + width)
@@ -179,3 +422,14 @@ def spread(wanted: Sequence[float], widths: Sequence[float], *, low: float, high
     most = high - edges[-1]
     starts = [min(max(start, low), max(most, low)) for start in starts]
     return [start + edges[k] + widths[k] / 2 for k, start in enumerate(starts)]
+
+
+def _draw_scale(drawing: TemplateDrawing, x: float, y: float, statement: str) -> None:
+    """Draw the scale bar from ``x``, and the statement beside it."""
+    drawing.line(x, y, x + SCALE_BAR, y, SCALE, width=_BOLD)
+    for k in range(11):
+        drawing.line(x + 10 * k, y, x + 10 * k, y + (3.0 if k % 5 == 0 else 1.8), SCALE)
+    drawing.text(x, y - 3.6, "0", _TEXT_HEIGHT, SCALE, anchor=MIDDLE)
+    drawing.text(x + SCALE_BAR, y - 3.6, "100 mm", _TEXT_HEIGHT, SCALE, anchor=MIDDLE)
+    for k, line in enumerate(statement.split("; input ")):
+        drawing.text(x + SCALE_BAR + 12, y - _LINE * k, f"input {line}" if k else line, _TEXT_HEIGHT, SCALE)

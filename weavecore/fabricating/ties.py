@@ -1,4 +1,13 @@
-"""Joints: the angle at which rods cross, and the ties that hold them."""
+"""The cable ties of every joint: how many, and how long.
+
+A joint takes one tie for each pair of rods that touch.  The tie runs halfway between the two rods that leave the widest
+angle 2β, so it meets the rods beside it at β and goes around ellipses d / sin β wide and d high::
+
+    ╲     ╱            loop = perimeter of the ellipse + 2 · height,
+     ╲ β ╱             height = distance of the outermost axis from the innermost one,
+    ──╲·╱── tie        length = loop + GRIP
+       ╳
+"""
 
 from __future__ import annotations
 
@@ -10,15 +19,18 @@ from weavecore.fabricating.plan import RodPlan
 from weavecore.geometry.arrays import Floats, Ints
 
 GRIP = 25.0
-"""Length of a tie beyond the loop that it makes: the head, and what is pulled."""
+"""Length of a tie beyond its loop in millimetres: the head, and what the fingers pull."""
 
 TIE_SIZES = (100.0, 140.0, 200.0, 250.0, 300.0, 370.0, 430.0, 530.0, 760.0)
-"""Lengths that cable ties are sold in."""
+"""Lengths in millimetres that cable ties are sold in."""
+
+_SIZE_STEP = 100.0
+"""Longer ties are named by the next whole 100 mm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ties:
-    """One row for each joint.
+    """The ties of all joints, one row for each of the J joints.
 
     Parameters
     ----------
@@ -27,7 +39,7 @@ class Ties:
     count : (J,) int64
         One for each pair of rods that touch.
     length : (J,) float64
-        The least length of each tie: around all the rods of the joint once, along the widest gap between them.
+        The least length of each tie in millimetres.
     """
 
     angle: Floats
@@ -36,10 +48,15 @@ class Ties:
 
 
 def find_ties(plan: RodPlan) -> Ties:
-    """The ties of every joint.
+    """Measure the ties of every joint.
 
-    The tie runs halfway between the two rods that leave the widest angle, so it meets the rods
-    beside it at half that angle, β, and goes around ellipses d / sin β wide and d high that stand on one another.
+    Parameters
+    ----------
+    plan : RodPlan
+
+    Returns
+    -------
+    Ties
     """
     joints = plan.weave.joints
     angles, widest = np.zeros(len(joints)), np.zeros(len(joints))
@@ -54,25 +71,23 @@ def find_ties(plan: RodPlan) -> Ties:
     height = np.zeros(len(joints))
     if len(joints):
         height = np.maximum.reduceat(offsets, joints.offsets[:-1]) - np.minimum.reduceat(offsets, joints.offsets[:-1])
-    loop = ellipse_around(width, d) + 2 * height
+    loop = _perimeter(width, d) + 2 * height
     return Ties(np.degrees(angles), np.diff(joints.offsets) - 1, loop + GRIP)
 
 
-def ellipse_around(width: Floats, height: float) -> Floats:
-    """Perimeter of an ellipse (Ramanujan 1914, the second formula)."""
-    a, b = width / 2, height / 2
-    h = ((a - b) / (a + b)) ** 2
-    around: Floats = np.pi * (a + b) * (1 + 3 * h / (10 + np.sqrt(4 - 3 * h)))
-    return around
-
-
 def size_of_tie(length: float) -> float:
-    """The least length of ties that are sold which is long enough; of longer ones the next 100 mm."""
-    return next((size for size in TIE_SIZES if size >= length), float(np.ceil(length / 100) * 100))
+    """The shortest tie on sale that is long enough.
+
+    Parameters
+    ----------
+    length : float
+        In millimetres.
+    """
+    return next((size for size in TIE_SIZES if size >= length), float(np.ceil(length / _SIZE_STEP) * _SIZE_STEP))
 
 
 def _directions(plan: RodPlan) -> Floats:
-    """Angle (…,) from 0 to π of the line of each rod at each joint, in the plane of the joint."""
+    """(V,) the angle from 0 to π of the line of each rod at each joint, in the plane of the joint, joint by joint."""
     joints = plan.weave.joints
     normal = plan.weave.normals[joints.node][joints.joint]
     along = plan.tangents[joints.visit]
@@ -81,3 +96,11 @@ def _directions(plan: RodPlan) -> Floats:
     across = np.cross(normal, first)
     angle: Floats = np.arctan2((along * across).sum(1), (along * first).sum(1)) % np.pi
     return angle
+
+
+def _perimeter(width: Floats, height: float) -> Floats:
+    """Perimeters (J,) of ellipses (Ramanujan 1914, the second formula)."""
+    a, b = width / 2, height / 2
+    h = ((a - b) / (a + b)) ** 2
+    around: Floats = np.pi * (a + b) * (1 + 3 * h / (10 + np.sqrt(4 - 3 * h)))
+    return around

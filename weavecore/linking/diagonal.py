@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of
-from weavecore.geometry.fans import find_fans
-from weavecore.linking.midpoints import places_of_nodes
-from weavecore.linking.rebuilding import rebuild
+from weavecore.geometry.polygon_mesh import find_fans
+from weavecore.linking.edge_midpoints import places_of_nodes, rebuild
 from weavecore.model.lattice import LATITUDINAL, Lattice
 
 _FEWEST_EDGES = 2

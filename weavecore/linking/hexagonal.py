@@ -9,9 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Ints, rows_of
-from weavecore.geometry.fans import NONE, faces_about_nodes, find_fans
-from weavecore.linking.midpoints import Places, join_places, middles_of_edges, onto_surface, places_of_nodes
-from weavecore.linking.rebuilding import rebuild
+from weavecore.geometry.polygon_mesh import NONE, faces_about_nodes, find_fans
+from weavecore.linking.edge_midpoints import (
+    Places,
+    join_places,
+    middles_of_edges,
+    onto_surface,
+    places_of_nodes,
+    rebuild,
+)
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, Lattice
 
 

@@ -14,9 +14,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Ints, next_in_loop
-from weavecore.geometry.fans import NONE, Fans, faces_about_nodes, find_fans
-from weavecore.linking.midpoints import join_places, middles_of_edges, places_of_nodes
-from weavecore.linking.rebuilding import rebuild
+from weavecore.geometry.polygon_mesh import NONE, Fans, faces_about_nodes, find_fans
+from weavecore.linking.edge_midpoints import join_places, middles_of_edges, places_of_nodes, rebuild
 from weavecore.model.lattice import FAMILIES, Lattice
 
 

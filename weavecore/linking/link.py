@@ -1,7 +1,11 @@
-"""Stage 3: from the latitudes to the lattice (Yan et al. 2016, §5)."""
+"""Patterns whose cells are made from those of another lattice on the same latitudes.
+
+A new one is a new entry in `DERIVED`.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Callable, Optional
 
 import numpy as np
@@ -9,28 +13,93 @@ from scipy.spatial import cKDTree
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import offsets_of, rows_of
-from weavecore.linking.assembling import assemble
-from weavecore.linking.binding import Bound, bind
-from weavecore.linking.division import count_nodes, points_at
-from weavecore.linking.fairing import fair
-from weavecore.linking.loosening import loosen
-from weavecore.linking.patterns import Pattern, pattern_named
-from weavecore.linking.rings import Rings, link_rings
-from weavecore.linking.selvedges import (
+from weavecore.linking.assemble import Bound, assemble, bind
+from weavecore.linking.diagonal import diagonal_lattice
+from weavecore.linking.free_borders import (
     Hem,
     divide_selvedges,
     find_selvedges,
     find_tongues,
     give_way,
+    loosen,
     number_hem,
     plain_strips,
 )
+from weavecore.linking.hexagonal import hexagonal_lattice
+from weavecore.linking.kagome import kagome_lattice
+from weavecore.linking.patterns import PATTERNS, Pattern, pattern_named
+from weavecore.linking.resample import count_nodes, points_at
+from weavecore.linking.smoothing import fair
+from weavecore.linking.strips import Rings, link_rings
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 
-_MOST_LOOSENINGS = 8
-
 Progress = Optional[Callable[[float, str], None]]
+
+
+@dataclass(frozen=True)
+class Derived:
+    """How a pattern is made.
+
+    Parameters
+    ----------
+    base : str
+        The pattern that is linked first.
+    derive : callable
+        What makes the lattice of that into the one that is wanted; it is given the pattern's name as well.
+    """
+
+    base: str
+    derive: Callable[[Lattice, str], Lattice]
+
+
+DERIVED = {
+    "hexagonal": Derived("triangular", hexagonal_lattice),
+    "kagome": Derived("triangular", kagome_lattice),
+    "diagonal": Derived("triangular", diagonal_lattice),
+}
+
+PATTERN_NAMES = (*PATTERNS, *DERIVED)
+
+
+def known_pattern(name: str) -> str:
+    """The name, where there is a pattern of that name.
+
+    Raises
+    ------
+    Unsupported
+        Where there is none.
+    """
+    if name not in PATTERN_NAMES:
+        raise Unsupported(f"There is no pattern {name!r}", remedy=f"Take one of: {', '.join(PATTERN_NAMES)}.")
+    return name
+
+
+def link_pattern(
+    latitudes: Latitudes,
+    *,
+    edge_length: Optional[float] = None,
+    pattern: str = "triangular",
+    progress: Progress = None,
+) -> Lattice:
+    """Link latitudes to a lattice of any pattern; see `link_latitudes` for the options.
+
+    Raises
+    ------
+    Unsupported
+        When the edge length is not a positive number, or there is no such pattern.
+    """
+    if known_pattern(pattern) in PATTERNS:
+        return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+    made = DERIVED[pattern]
+    lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, progress=progress)
+    return made.derive(lattice, pattern)
+
+
+# ----------------------------------------------------------------------
+# Stage 3: from the latitudes to the lattice (Yan et al. 2016, §5).
+
+_MOST_LOOSENINGS = 8
 
 
 def link_latitudes(

@@ -1,17 +1,14 @@
 """The nouns that travel between the stages: frozen values with read-only arrays."""
 
-from weavecore.model.bending import Bending
-from weavecore.model.clashes import Clashes
-from weavecore.model.joints import Joints
+from weavecore.model.bending import Bending, Material
+from weavecore.model.joints import Clashes, Joints
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
-from weavecore.model.material import Material
-from weavecore.model.origins import Origins
 from weavecore.model.polylines import Polylines
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.sequence import BuildSequence
 from weavecore.model.strands import Strands, first_generations
-from weavecore.model.surface import SurfaceMesh
+from weavecore.model.surface import Origins, SurfaceMesh
 from weavecore.model.weave import Weave
 
 __all__ = [

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, frozen
-from weavecore.model.depths import node_generations
-from weavecore.model.lattice import Lattice
+from weavecore.model.lattice import Lattice, node_generations
 
 
 @dataclass(frozen=True, eq=False)

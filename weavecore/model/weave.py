@@ -8,12 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
-from weavecore.geometry.polygons import nodes_on_border
-from weavecore.model.bending import Bending
-from weavecore.model.clashes import Clashes
-from weavecore.model.joints import Joints
+from weavecore.geometry.polygon_mesh import nodes_on_border
+from weavecore.model.bending import Bending, Material
+from weavecore.model.joints import Clashes, Joints
 from weavecore.model.lattice import LATITUDINAL, Lattice
-from weavecore.model.material import Material
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from weavecore.geometry.arrays import Ints
+from weavecore.rhino_geometry.conversion import is_rhino_mesh, rhino_faces, rhino_vertices
 
 Plane = tuple[ArrayLike, ArrayLike]
 """A point and a normal."""
@@ -51,3 +52,27 @@ class RawMesh:
     notes: tuple[str, ...] = ()
     epsilon: float = DOUBLE
     n_borders_expected: Optional[int] = None
+
+
+# ----------------------------------------------------------------------
+# Meshes of rhino3dm and of RhinoCommon, and of trimesh, as arrays.
+#
+# They are told by what they have, so that none of these libraries is imported.
+
+__all__ = ["is_array_mesh", "is_rhino_mesh", "rhino_faces", "rhino_vertices"]
+
+
+def is_array_mesh(geometry: Any) -> bool:
+    """Whether it has vertices and faces as arrays, as a trimesh.Trimesh and a `SurfaceMesh` do."""
+    return hasattr(geometry, "vertices") and hasattr(geometry, "faces")
+
+
+# ----------------------------------------------------------------------
+# Words for what is reported.
+
+_PLURALS = {"vertex": "vertices"}
+
+
+def counted(n: int, noun: str) -> str:
+    """``1 face``, ``2,000 vertices``."""
+    return f"{n:,} {noun if n == 1 else _PLURALS.get(noun, noun + 's')}"

@@ -12,15 +12,14 @@ import numpy as np
 from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
 from weavecore.model import SurfaceMesh
-from weavecore.reading.choosing import Names, choose_objects
-from weavecore.reading.guarded import call_guarded, limits_for
-from weavecore.reading.mesh_files import MESH_READERS, read_mesh_file
-from weavecore.reading.raw import Plane, RawMesh
+from weavecore.reading.choose import Names, choose_objects
+from weavecore.reading.formats.mesh_file import MESH_READERS, read_mesh_file
+from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject, open_document
+from weavecore.reading.join_objects import join_objects
+from weavecore.reading.nurbs_mesher import UNTOLD, MeshedObject, mesh_block, mesh_object, mesh_objects
+from weavecore.reading.raw import Plane, RawMesh, is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
 from weavecore.reading.repair import repair
-from weavecore.reading.rhino_file import BLOCK, RhinoDocument, RhinoObject, open_document
-from weavecore.reading.rhino_meshes import is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
-from weavecore.reading.rhino_surfaces import UNTOLD, MeshedObject, mesh_block, mesh_object, mesh_objects
-from weavecore.reading.together import join_objects
+from weavecore.reading.sandbox import call_guarded, limits_for
 from weavecore.rhino_geometry import is_to_be_meshed, mesh_in_rhino
 from weavecore.units import Length
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Bools, Floats, Ints
-from weavecore.reading.mates import ALONE, find_mates
+from weavecore.reading.orientation import ALONE, find_mates
 
 _MOST_ROUNDS = 200
 _STEPS = 4

@@ -5,12 +5,20 @@ run inside Rhino, in a Python outside it that has loaded Rhino with ``rhinoinsid
 there is only rhino3dm.  .NET arrays are copied as blocks of memory in double precision, not point by point.
 """
 
-from weavecore.rhino_geometry.arrays import rows_from
-from weavecore.rhino_geometry.curves import curve_in_rhino_points, is_curve_in_rhino, is_rhino_curve, line_points
+from weavecore.rhino_geometry.conversion import (
+    curve_in_rhino_points,
+    is_curve_in_rhino,
+    is_rhino_curve,
+    is_rhino_mesh,
+    line_points,
+    plane_from,
+    rhino_faces,
+    rhino_vertices,
+)
 from weavecore.rhino_geometry.document import DocumentUnit, document_unit
 from weavecore.rhino_geometry.drawing import Drawing
 from weavecore.rhino_geometry.meshing import is_to_be_meshed, mesh_in_rhino
-from weavecore.rhino_geometry.reading import is_rhino_mesh, plane_from, rhino_faces, rhino_vertices
+from weavecore.rhino_geometry.net_arrays import rows_from
 
 __all__ = [
     "DocumentUnit",

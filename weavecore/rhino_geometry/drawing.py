@@ -11,7 +11,7 @@ from typing import Any, Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.rhino_geometry.arrays import net_array
+from weavecore.rhino_geometry.net_arrays import net_array
 
 
 class Drawing:

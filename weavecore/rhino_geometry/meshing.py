@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any, Optional
 
 from weavecore.errors import Degenerate
-from weavecore.rhino_geometry.reading import is_rhino_mesh
+from weavecore.rhino_geometry.conversion import is_rhino_mesh
 
 _EDGES_ALONG, _CHORDS_ALONG = 50.0, 1000.0
 """By default an edge is this part of the size, and the distance from the surface that part."""

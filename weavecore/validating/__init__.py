@@ -4,7 +4,7 @@ A *finding* is a figure with a limit, a *report* all the findings about a value.
 here is shared with the stages that make the values.
 """
 
-from weavecore.validating.dispatch import validate
 from weavecore.validating.report import Finding, Report
+from weavecore.validating.validate import validate
 
 __all__ = ["Finding", "Report", "validate"]

@@ -8,7 +8,7 @@ from typing import Union
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
-from weavecore.geometry.polygons import fan_triangles
+from weavecore.geometry.polygon_mesh import fan_triangles
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN, latitude_colours
 from weavecore.viewing.outlines import outlines_of

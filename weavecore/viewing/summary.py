@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.polygons import nodes_on_border
+from weavecore.geometry.polygon_mesh import nodes_on_border
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.units import with_unit
 from weavecore.viewing.outlines import chosen_borders

@@ -18,8 +18,8 @@ from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
-from weavecore.weaving.gaps import gaps_at_joints
-from weavecore.weaving.stacking import layer_offsets
+from weavecore.weaving.clearance import gaps_at_joints
+from weavecore.weaving.layers import layer_offsets
 
 _NORMAL_ROUNDS, _SHIFT_ROUNDS = 3, 5
 _TOWARDS_SURFACE = 0.02

@@ -6,12 +6,16 @@ admissible while R ≥ E·d / (2σ).
 
 from __future__ import annotations
 
+import csv
+from functools import lru_cache
+from importlib import resources
+
 import numpy as np
 
+from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints, rows_of
-from weavecore.geometry.curvature import mean_curvature, points_at_stations
-from weavecore.model.bending import Bending
-from weavecore.model.material import Material
+from weavecore.geometry.splines import mean_curvature, points_at_stations
+from weavecore.model.bending import Bending, Material
 from weavecore.model.rod_axes import RodAxes
 from weavecore.units import METRES
 
@@ -62,3 +66,43 @@ def _first_greatest(values: Floats, offsets: Ints) -> Ints:
     is_greatest = np.flatnonzero(values == np.maximum.reduceat(values, offsets[:-1])[row])
     _, first = np.unique(row[is_greatest], return_index=True)
     return is_greatest[first]
+
+
+# ----------------------------------------------------------------------
+# The table of materials, ``materials.csv``: one row each, with where its figures come from.
+#
+# A material of one's own is a `Material` made with the same figures.
+
+
+@lru_cache(maxsize=1)
+def known_materials() -> dict[str, Material]:
+    """All materials of the table by name."""
+    text = resources.files("weavecore.weaving").joinpath("materials.csv").read_text("utf-8")
+    return {
+        row["name"]: Material(
+            row["name"],
+            modulus=float(row["modulus_gpa"]),
+            strength=float(row["strength_mpa"]),
+            factor=float(row["factor"]),
+            density=float(row["density_kg_m3"]),
+            source=row["source"],
+        )
+        for row in csv.DictReader(text.splitlines())
+    }
+
+
+def material_named(name: str) -> Material:
+    """The material of that name.
+
+    Raises
+    ------
+    Unsupported
+        When the table has none.
+    """
+    known = known_materials()
+    if name not in known:
+        raise Unsupported(
+            f"There is no material {name!r}",
+            remedy=f"Take one of: {', '.join(known)}; or give a Material of your own.",
+        )
+    return known[name]

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, rows_of
-from weavecore.geometry.edges import edges_between
-from weavecore.geometry.fans import find_fans
-from weavecore.model.depths import node_depths
-from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
+from weavecore.geometry.polygon_mesh import edges_between, find_fans
+from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice, node_depths
 from weavecore.model.strands import Strands
-from weavecore.weaving.joints import steps_along
+from weavecore.weaving.strands import steps_along
 
 LETTERS = {(LATITUDINAL, 0): "L", (LONGITUDINAL, 1): "A", (LONGITUDINAL, -1): "B", (POCKET, 0): "P"}
 

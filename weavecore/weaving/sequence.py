@@ -15,8 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
-from weavecore.model.depths import node_generations
-from weavecore.model.lattice import LATITUDINAL
+from weavecore.model.lattice import LATITUDINAL, node_generations
 from weavecore.model.sequence import BuildSequence
 from weavecore.model.strands import first_generations
 from weavecore.model.weave import Weave

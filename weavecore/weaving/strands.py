@@ -7,15 +7,17 @@ little; a dart is followed by the one that leaves the node along the partner of 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Bools, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
+from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
-from weavecore.weaving.straight import find_straight
 
 MOST_BEND = np.radians(75.0)
 """A rod that would bend more than this at one node ends there; rings always close."""
@@ -116,3 +118,86 @@ def _followers(lattice: Lattice) -> Ints:
     arrival = np.arange(len(tail)) ^ 1
     follower: Ints = partner[arrival]
     return follower
+
+
+# ----------------------------------------------------------------------
+# Rods that go straight on at a crossing, by the order of the edges about the node.
+
+
+def find_straight(lattice: Lattice) -> tuple[Ints, Bools]:
+    """For each dart (2E,) the one that goes straight on at the same node, or -1 where the bend decides.
+
+    That is the one across where two rods cross, each within its family, and the other one along
+    the border at a node of that.
+
+    Also whether each node (N,) is on a border.
+
+    Where both rods are of one family, as in kagome, the least bend alone could make them swap
+    at a sharp crossing.
+    """
+    fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
+    across = darts_across(fans, lattice.edges)
+    node, is_ring = lattice.edges.ravel(), np.repeat(lattice.edge_family == LATITUDINAL, 2)
+    known = np.flatnonzero(across != NONE)
+    is_mixed = np.zeros(lattice.n_nodes, bool)
+    is_mixed[node[known[is_ring[known] != is_ring[across[known]]]]] = True
+    across[is_mixed[node]] = NONE
+    border = np.flatnonzero(fans.on_border)
+    first, last = (side[border] for side in (fans.first_side, fans.last_side))
+    first, last = 2 * first + (lattice.edges[first, 1] == border), 2 * last + (lattice.edges[last, 1] == border)
+    across[first], across[last] = last, first
+    return across, fans.on_border
+
+
+# ----------------------------------------------------------------------
+# Which strands meet at which nodes.
+
+
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """The nodes that two or more rods pass, their visits in the order of the strands.
+
+    Parameters
+    ----------
+    node : (J,) int64
+    offsets : (J+1,) int64
+    visit : (…,) int64
+        Entries of ``strands.nodes``.
+    joint_of_visit : (M,) int64
+        For every visit its joint, or -1.
+    """
+
+    node: Ints
+    offsets: Ints
+    visit: Ints
+    joint_of_visit: Ints
+
+    @property
+    def counts(self) -> Ints:
+        """(J,) rods at each joint."""
+        return np.diff(self.offsets)
+
+
+def find_meetings(strands: Strands) -> Meetings:
+    """Gather the visits by their nodes."""
+    order = np.argsort(strands.nodes, kind="stable")
+    node, first, count = np.unique(strands.nodes[order], return_index=True, return_counts=True)
+    shared = count > 1
+    offsets = offsets_of(count[shared])
+    within = np.arange(offsets[-1]) - offsets[rows_of(offsets)]
+    visit = order[np.repeat(first[shared], count[shared]) + within]
+    joint = np.full(len(strands.nodes), -1, np.int64)
+    joint[visit] = rows_of(offsets)
+    return Meetings(node[shared], offsets, visit, joint)
+
+
+def steps_along(strands: Strands) -> tuple[Ints, Ints]:
+    """Pairs of visits that follow each other along a strand, the closing step of rings included."""
+    after = next_in_loop(strands.offsets)
+    start = np.flatnonzero(_goes_on(strands, after))
+    return start, after[start]
+
+
+def _goes_on(strands: Strands, after: Ints) -> Bools:
+    goes_on: Bools = strands.closed[rows_of(strands.offsets)] | (after > np.arange(len(after)))
+    return goes_on

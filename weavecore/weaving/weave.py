@@ -7,17 +7,15 @@ from typing import Callable, Optional, Union
 import numpy as np
 
 from weavecore.errors import Unsupported
+from weavecore.model.bending import Material
 from weavecore.model.lattice import Lattice
-from weavecore.model.material import Material
 from weavecore.model.weave import Weave
 from weavecore.weaving.axes import lay_axes
-from weavecore.weaving.bending import measure_bending
+from weavecore.weaving.bending import material_named, measure_bending
 from weavecore.weaving.clearance import find_clashes
-from weavecore.weaving.materials import material_named
+from weavecore.weaving.layers import STACKED, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
-from weavecore.weaving.ordering import order_rods
 from weavecore.weaving.strands import find_strands
-from weavecore.weaving.styles import STACKED, style_named, usual_style
 
 _SPACING_IN_RODS = 24.0
 """Spacing over diameter where none is asked for: rods of 5 mm at 120 mm.  Where edges are shorter they count

@@ -65,7 +65,7 @@ def grid(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @check
 def points_go_to_dotnet_and_back_to_the_last_bit() -> None:
-    from weavecore.rhino_geometry.arrays import net_array, rows_from
+    from weavecore.rhino_geometry.net_arrays import net_array, rows_from
 
     points = np.random.default_rng(1).normal(size=(1000, 3)) * 1e6
     array = net_array(geometry().Point3d, points)
@@ -77,24 +77,24 @@ def points_go_to_dotnet_and_back_to_the_last_bit() -> None:
 
 @check
 def arrays_are_copied_as_blocks_and_not_row_by_row() -> None:
-    from weavecore.rhino_geometry import arrays
+    from weavecore.rhino_geometry import net_arrays
 
     def forbidden(array: Any, names: Any) -> list[Any]:
         raise AssertionError("row by row")
 
-    kept, arrays._rows_one_by_one = arrays._rows_one_by_one, forbidden
+    kept, net_arrays._rows_one_by_one = net_arrays._rows_one_by_one, forbidden
     try:
-        array = arrays.net_array(geometry().Point3d, np.ones((3, 3)))
-        assert (arrays.rows_from(array, "XYZ") == 1.0).all()
+        array = net_arrays.net_array(geometry().Point3d, np.ones((3, 3)))
+        assert (net_arrays.rows_from(array, "XYZ") == 1.0).all()
     finally:
-        arrays._rows_one_by_one = kept
+        net_arrays._rows_one_by_one = kept
 
 
 @check
 def structures_of_another_size_are_taken_row_by_row() -> None:
     from System import Array
 
-    from weavecore.rhino_geometry.arrays import rows_from
+    from weavecore.rhino_geometry.net_arrays import rows_from
 
     rg = geometry()
     lines = Array[rg.Line]([rg.Line(0.0, 1.0, 2.0, 3.0, 4.0, 5.0)])
@@ -212,7 +212,7 @@ def a_plane_is_a_point_and_a_normal() -> None:
 
 @check
 def geometry_is_told_apart_by_its_digest() -> None:
-    from weavecore.canvas.digest import digest
+    from weavecore.canvas.solve import digest
     from weavecore.rhino_geometry import Drawing
 
     rg = geometry()
@@ -268,7 +268,7 @@ def a_list_of_dotnet_is_taken_as_numbers() -> None:
     from System.Collections.Generic import List
 
     from weavecore import canvas
-    from weavecore.canvas.digest import digest
+    from weavecore.canvas.solve import digest
 
     spacings = List[Double]()
     assert canvas.numbers(spacings) is None

@@ -12,7 +12,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.splines import CurveSamples
 from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
-from weavecore.model.depths import node_generations
+from weavecore.model.lattice import node_generations
 from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN
 from weavecore.viewing.outlines import outlines_of
 

@@ -1,0 +1,132 @@
+"""What comes through wires: any geometry as a surface in the document's unit, and lists of numbers."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Optional, Union
+
+from weavecore import pipeline
+from weavecore.canvas.solve import Run
+from weavecore.errors import NoSurface
+from weavecore.geometry.arrays import Floats
+from weavecore.model import SurfaceMesh
+from weavecore.rhino_geometry import plane_from
+from weavecore.units import METRES, Length
+
+
+def read_geometry(
+    run: Run,
+    geometry: Any,
+    *,
+    layer: Optional[str] = None,
+    name: Optional[str] = None,
+    edge: Optional[float] = None,
+    plane: Any = None,
+) -> SurfaceMesh:
+    """The surface that a geometry, the id of an object of Rhino, or the path of a file is.
+
+    Parameters
+    ----------
+    run : Run
+    geometry : object
+        Geometry of Rhino, a ``Guid``, a path, or a `SurfaceMesh`, which is given back.
+    layer, name : str, optional
+        Which object of a file is meant.
+    edge : float, optional
+        Length of an edge where the surface is no mesh yet, in the document's unit.
+    plane : Plane, optional
+        Cuts a closed surface in two.
+
+    Raises
+    ------
+    WeaveError
+        As `weavecore.read_surface` and `weavecore.surface_from`.
+    """
+    cut_plane = None if plane is None else plane_from(plane)
+    if isinstance(geometry, SurfaceMesh):
+        return geometry
+    if isinstance(geometry, (str, os.PathLike)):
+        path = run.folder / os.fspath(geometry).strip().strip('"')
+        unit = run.document.unit
+        target = Length(edge, unit) if edge is not None and unit in METRES else edge
+        options: dict[str, Any] = {"edge_target": target, "cut_plane": cut_plane, "progress": run.progress}
+        surface = pipeline.read_surface(path, layer=layer, object=name, guarded=_can_be_guarded(), **options)
+        return in_unit(surface, unit, run.remark)
+    if type(geometry).__name__ == "Guid":
+        geometry = _referenced(geometry)
+    unit, tolerance = run.document
+    return pipeline.surface_from(
+        geometry, unit=unit, tolerance=tolerance, edge_target=edge, cut_plane=cut_plane, progress=run.progress
+    )
+
+
+def numbers(values: Any) -> Union[float, list[float], None]:
+    """The numbers that come to an input of list access: None where there are none, a single one by itself."""
+    if values is None or isinstance(values, (int, float)):
+        return values
+    found = [float(value) for value in values if value is not None]
+    return found if len(found) > 1 else found[0] if found else None
+
+
+def chosen(values: Any) -> Optional[list[int]]:
+    """The whole numbers that come to an input of list access; None where there are none."""
+    found = [values] if isinstance(values, (int, float)) else values or ()
+    return [int(value) for value in found if value is not None] or None
+
+
+def read_curves(run: Run, values: Any) -> Optional[list[Floats]]:
+    """Points along the curves that come to an input of list access; None where there are none.
+
+    Parameters
+    ----------
+    run : Run
+    values : iterable
+        Curves of Rhino, or the ids of such objects.
+
+    Raises
+    ------
+    WeaveError
+        As `weavecore.reading.curves_from`.
+    """
+    found = [_referenced(value) if type(value).__name__ == "Guid" else value for value in values or ()]
+    curves = [curve for curve in found if curve is not None]
+    return pipeline.curves_from(curves, tolerance=run.document.tolerance) or None
+
+
+def in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:
+    """The surface in another unit; as it is where one of both is not known."""
+    if surface.unit == unit or surface.unit not in METRES or unit not in METRES:
+        return surface
+    # A division leaves one rounding less: 120 mm are 0.12 m to the last bit.
+    per_unit = METRES[unit] / METRES[surface.unit]
+    remark(f"The file is in {surface.unit}, the document in {unit}: scaled by {1 / per_unit:g}.")
+    return replace(surface, vertices=surface.vertices / per_unit, tolerance=surface.tolerance / per_unit, unit=unit)
+
+
+def _can_be_guarded() -> bool:
+    """Whether a process of its own can read a file: a damaged one would take Rhino with it.
+
+    It cannot where what runs is Rhino itself, which would only be started once more.
+    """
+    return Path(sys.executable or "").stem.lower().startswith("python")
+
+
+def _referenced(object_id: Any) -> Any:
+    """The geometry of an object of the open document, or of the one that Grasshopper keeps for scripts."""
+    for objects in _tables():
+        find = getattr(objects, "FindId", None) or objects.Find
+        found = find(object_id)
+        if found is not None:
+            return found.Geometry
+    raise NoSurface("The document has no such object", remedy="Pick it again.", ids=[object_id], kind="object")
+
+
+def _tables() -> list[Any]:
+    """The objects of both documents, as far as there are any."""
+    documents = [import_module("Rhino").RhinoDoc.ActiveDoc, getattr(import_module("scriptcontext"), "doc", None)]
+    return [document.Objects for document in documents if document is not None]

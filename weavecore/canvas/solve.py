@@ -1,0 +1,320 @@
+"""`solve`: one run of a component, from its inputs to its outputs, balloons and caption."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import warnings
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping, MutableMapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+from types import CodeType
+from typing import Any, Callable, Optional
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from weavecore.errors import UnitUnknown, Unsupported, WeaveError
+from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, is_rhino_mesh, rhino_faces, rhino_vertices
+
+REMARK, WARNING, ERROR = "Remark", "Warning", "Error"
+"""Grasshopper's levels of a balloon."""
+
+_MOST_KEPT = 8
+"""So many results of one component are kept: more than one where a list runs through it."""
+
+_MAKERS = {
+    "SurfaceMesh": "Put a Weave Surface in between and wire its output surface.",
+    "Latitudes": "Put a Weave Offset in between and wire its output latitudes.",
+    "Lattice": "Put a Weave Link in between and wire its output lattice.",
+}
+"""What gives the values that components hand to one another."""
+
+Outputs = tuple[Any, ...]
+Compute = Callable[..., Any]
+
+
+class Cancelled(Exception):
+    """The user pressed Escape."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run gave: outputs, a caption and balloons (level, text)."""
+
+    outputs: Outputs
+    caption: str = ""
+    balloons: tuple[tuple[str, str], ...] = ()
+    is_kept: bool = True
+
+
+@dataclass
+class Run:
+    """What a component's own function sees of its run.
+
+    Parameters
+    ----------
+    is_cancelled : callable
+        Whether the user wants no more of it.
+    tell : callable
+        Shows a text under the component meanwhile.
+    folder : Path
+        Where files without a folder of their own belong: beside the definition, or in the user's home where that
+        has not been saved yet.
+    """
+
+    is_cancelled: Callable[[], bool]
+    tell: Callable[[str], None]
+    folder: Path = field(default_factory=Path.home)
+    caption: str = ""
+    balloons: list[tuple[str, str]] = field(default_factory=list)
+
+    @cached_property
+    def document(self) -> DocumentUnit:
+        """Unit and tolerance of Rhino's document."""
+        return document_unit()
+
+    @cached_property
+    def drawing(self) -> Drawing:
+        """What makes geometry for the outputs."""
+        return Drawing()
+
+    def progress(self, fraction: float, label: str) -> None:
+        """Show how far it is, and stop where the user wants that: for ``progress=`` of a stage.
+
+        Raises
+        ------
+        Cancelled
+        """
+        if self.is_cancelled():
+            raise Cancelled
+        self.tell(f"{label} {fraction:.0%}")
+
+    def warn(self, text: str) -> None:
+        """Put up an orange balloon."""
+        self.balloons.append((WARNING, text))
+
+    def remark(self, text: str) -> None:
+        """Put up a white balloon."""
+        self.balloons.append((REMARK, text))
+
+
+def solve(
+    component: Any,
+    sticky: MutableMapping[str, Any],
+    compute: Compute,
+    inputs: Mapping[str, Any],
+    *,
+    needs: Mapping[str, type],
+    n_outputs: int,
+    is_kept: bool = True,
+) -> Outputs:
+    """Run a component.
+
+    Parameters
+    ----------
+    component : IGH_Component
+        ``ghenv.Component``.
+    sticky : mapping
+        ``scriptcontext.sticky``, where results are kept by the component's id and a hash of its inputs.
+    compute : callable
+        ``compute(run, **inputs)`` gives the outputs as a tuple.
+    inputs : mapping
+        Values by the names of the parameters; None where nothing came.
+    needs : mapping of str to type
+        Inputs without which the component keeps silent, and what they must be.
+    n_outputs : int
+    is_kept : bool
+        Whether the same inputs give the same outputs, so that they need not be computed again.
+
+    Returns
+    -------
+    tuple
+        The outputs, None each where there are none.
+    """
+    nothing = (None,) * n_outputs
+    missing = [name for name in needs if inputs[name] is None]
+    if missing:
+        wired = [name for name in missing if _is_wired(component, name)]
+        balloons = tuple((WARNING, f"{name}: nothing comes through the wire.") for name in wired)
+        _show(component, Outcome(nothing, "", balloons))
+        return nothing
+    kept, key = _shelf(component, sticky), _key_of(compute, inputs, _folder_of(component)) if is_kept else ""
+    if key and key in kept:
+        kept.move_to_end(key)
+        outcome = kept[key]
+    else:
+        outcome = _run(component, compute, inputs, needs, nothing)
+        if key and outcome.is_kept:
+            kept[key] = outcome
+            while len(kept) > _MOST_KEPT:
+                kept.popitem(last=False)
+    _show(component, outcome)
+    return outcome.outputs
+
+
+def _run(
+    component: Any, compute: Compute, inputs: Mapping[str, Any], needs: Mapping[str, type], nothing: Outputs
+) -> Outcome:
+    run = Run(_escape_pressed, lambda text: setattr(component, "Message", text), _folder_of(component))
+    failed = Outcome(nothing, is_kept=False)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("always", UnitUnknown)
+            _check_kinds(inputs, needs)
+            outputs = tuple(compute(run, **inputs))
+    except Cancelled:
+        return replace(failed, caption="cancelled", balloons=((REMARK, "Cancelled. Recompute to go on."),))
+    except WeaveError as error:
+        return replace(failed, balloons=(*run.balloons, (ERROR, str(error))))
+    except MemoryError:
+        text = "TOO_MUCH_WORK: the memory did not suffice. Choose a larger spacing or a coarser mesh."
+        return replace(failed, balloons=((ERROR, text),))
+    except Exception as error:  # noqa: BLE001 - a fault of the program must not end in a traceback either.
+        text = f"INTERNAL: {type(error).__name__}: {error}. This is a fault of weavecore: please report it."
+        return replace(failed, balloons=((ERROR, text),))
+    said = tuple((WARNING, f"{UnitUnknown.code}: {warning.message}") for warning in caught)
+    return Outcome(outputs, run.caption, (*said, *run.balloons))
+
+
+def _check_kinds(inputs: Mapping[str, Any], needs: Mapping[str, type]) -> None:
+    for name, kind in needs.items():
+        if not isinstance(inputs[name], kind):
+            raise Unsupported(
+                f"A {type(inputs[name]).__name__} came where {name} must be a {kind.__name__}",
+                remedy=_MAKERS.get(kind.__name__, "Wire what the input's description says."),
+            )
+
+
+def _show(component: Any, outcome: Outcome) -> None:
+    component.Message = outcome.caption
+    if outcome.balloons:
+        levels: Any = import_module("Grasshopper.Kernel").GH_RuntimeMessageLevel
+        for level, text in outcome.balloons:
+            component.AddRuntimeMessage(getattr(levels, level), text)
+
+
+def _is_wired(component: Any, name: str) -> bool:
+    return any(name in (p.Name, p.NickName) and p.SourceCount > 0 for p in component.Params.Input)
+
+
+def _folder_of(component: Any) -> Path:
+    """The folder of the definition that the component is in."""
+    definition = component.OnPingDocument()
+    path = definition.FilePath if definition is not None else None
+    return Path(path).parent if path else Path.home()
+
+
+def _shelf(component: Any, sticky: MutableMapping[str, Any]) -> OrderedDict[str, Outcome]:
+    """The results that are kept of this component."""
+    shelf: OrderedDict[str, Outcome] = sticky.setdefault(f"weavecore:{component.InstanceGuid}", OrderedDict())
+    return shelf
+
+
+def _key_of(compute: Compute, inputs: Mapping[str, Any], folder: Path) -> Optional[str]:
+    """A text for these inputs, the document's unit and the script; None where they cannot be told from others."""
+    # A text may name a file beside the definition, which is another input once it has changed.
+    files = [str(folder / value) for value in inputs.values() if isinstance(value, str)]
+    try:
+        return digest([document_unit()._asdict(), dict(inputs), files, _text_of(compute.__code__)])
+    except Indistinct:
+        return None
+
+
+def _text_of(code: CodeType) -> str:
+    """What a function does: who edits a script on the canvas wants to see what it gives now."""
+    inner = [_text_of(part) if isinstance(part, CodeType) else repr(part) for part in code.co_consts]
+    return repr((code.co_code, code.co_names, inner))
+
+
+def _escape_pressed() -> bool:
+    try:
+        kernel: Any = import_module("Grasshopper.Kernel")
+    except ImportError:
+        return False
+    return bool(kernel.GH_Document.IsEscapeKeyDown())
+
+
+# ----------------------------------------------------------------------
+# A short text that tells one input from another, whatever came through the wire.
+
+_known: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+"""Texts of weavecore's values, which never change."""
+
+
+_TOLD_BY = (
+    ("X", "Y", "Z"),
+    ("Origin", "XAxis", "YAxis"),
+    ("From", "To"),
+    ("StartPoint", "MidPoint", "EndPoint"),
+    ("Plane", "Radius"),
+)
+"""What Rhino's structures are told by: points, planes, lines, arcs and circles."""
+
+
+class Indistinct(TypeError):
+    """Two such inputs cannot be told apart."""
+
+
+def digest(value: Any) -> str:
+    """The text of a value.
+
+    Raises
+    ------
+    Indistinct
+        Where it is of a kind that has nothing to be told by.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        if value not in _known:
+            _known[value] = _hash(type(value).__name__, *(digest(getattr(value, f.name)) for f in fields(value)))
+        return _known[value]
+    if value is None or isinstance(value, (bool, int, float, str, bytes)):
+        return _hash(type(value).__name__, repr(value), _file_state(value))
+    if isinstance(value, np.ndarray):
+        return _hash(value.dtype.str, str(value.shape), np.ascontiguousarray(value).tobytes())
+    if isinstance(value, dict):
+        return _hash("dict", *(digest(part) for pair in value.items() for part in pair))
+    if is_rhino_mesh(value):
+        return _hash("mesh", digest(rhino_vertices(value)), digest(rhino_faces(value)))
+    return _of_rhino(value)
+
+
+def _of_rhino(value: Any) -> str:
+    """Of Rhino's other geometry, lines, arcs, circles, planes and points, and of lists."""
+    kind = type(value).__name__
+    if hasattr(value, "DataCRC"):
+        box = value.GetBoundingBox(False)
+        return _hash(kind, str(value.DataCRC(0)), digest(box.Min), digest(box.Max))
+    if hasattr(value, "Encode"):
+        return _hash(kind, json.dumps(value.Encode(), sort_keys=True))
+    for names in _TOLD_BY:
+        if all(hasattr(value, name) for name in names):
+            return _hash(kind, *(digest(getattr(value, name)) for name in names))
+    if isinstance(value, Iterable):
+        return _hash("list", *(digest(part) for part in value))
+    raise Indistinct(f"A {kind} cannot be told from another")
+
+
+def _file_state(value: Any) -> str:
+    """Size and time of the file that a text names, so that a file that has changed is read again."""
+    if not isinstance(value, str):
+        return ""
+    try:
+        state = os.stat(value)  # noqa: PTH116 - a text that is no path must not become one.
+    except (OSError, ValueError):
+        return ""
+    return f"{state.st_size} {state.st_mtime_ns}"
+
+
+def _hash(*parts: str | bytes) -> str:
+    content = hashlib.sha256()
+    for part in parts:
+        encoded = part if isinstance(part, bytes) else part.encode("utf-8", "surrogatepass")
+        content.update(b"%d:" % len(encoded))
+        content.update(encoded)
+    return content.hexdigest()

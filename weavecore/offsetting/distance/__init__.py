@@ -1,0 +1,1 @@
+"""Exact geodesic distance from the borders: window propagation along rays, then relaxation."""

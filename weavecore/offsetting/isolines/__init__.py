@@ -1,0 +1,1 @@
+"""From the distance field to latitudes: level sets traced, simplified, and the bands between them."""

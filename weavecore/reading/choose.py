@@ -1,0 +1,167 @@
+"""Which objects of a Rhino file are meant.
+
+By layer, by name or id, or the only one there is.  What is hidden, locked, on a layer that
+is off, or part of a block, is not meant unless it is named; naming the layer is enough for
+what is aside because of its layer.
+
+One layer, or one name, may stand for several objects: they are meant together if they hang together
+along their edges.  Objects that are each named are meant together in any case.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Optional, Union
+
+from weavecore.errors import AmbiguousSurface, NoSurface
+from weavecore.reading.formats.rhino_3dm import SURFACE_KINDS, RhinoDocument, RhinoObject
+
+Names = Union[str, Sequence[str], None]
+"""A name, several, or none."""
+
+_SEPARATOR = "::"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The objects that are meant, in the order of the file, and whether each of them was named by itself."""
+
+    objects: tuple[RhinoObject, ...]
+    is_listed: bool
+
+
+def choose_objects(document: RhinoDocument, *, layer: Names = None, object: Names = None) -> Choice:  # noqa: A002 - what a user calls it
+    """The objects that are meant: one, or several that are to make one surface.
+
+    Parameters
+    ----------
+    document : RhinoDocument
+    layer : str or sequence of str, optional
+        ``Parent::Child`` or the last name alone; upper and lower case are the same.
+        Objects on layers below it are meant where it holds none itself.
+    object : str or sequence of str, optional
+        Name or id of the object, or of each of several.
+
+    Raises
+    ------
+    NoSurface, AmbiguousSurface
+    """
+    layers, names = _listed(layer), _listed(object)
+    found: list[RhinoObject] = list(document.objects)
+    if layers:
+        found = _in_order(document, [one for name in layers for one in _on_layer(document, name)])
+    among, meant = found, list[RhinoObject]()
+    for name in names or (None,):
+        found = among if name is None else _named(document, among, name, layers)
+        surfaces = [one for one in found if one.is_surface]
+        shown = [one for one in surfaces if not _is_aside(one, layers)]
+        if name is not None and not shown:
+            shown = surfaces
+        if not shown:
+            raise _none(document, found, surfaces, layers, name)
+        meant += shown
+    chosen = _in_order(document, meant)
+    if len(chosen) > 1 and not layers and not names:
+        raise ambiguous(document, chosen)
+    return Choice(tuple(chosen), len(names) > 1)
+
+
+def ambiguous(document: RhinoDocument, objects: Sequence[RhinoObject]) -> AmbiguousSurface:
+    """What is told where several objects could be meant."""
+    return AmbiguousSurface(
+        f"{document.file_name} has {len(objects)} objects that could be meant",
+        remedy="Name one of them by its layer, its name or its id; name several to have them joined.",
+        ids=[str(one) for one in objects],
+    )
+
+
+def _listed(names: Names) -> tuple[str, ...]:
+    if names is None:
+        return ()
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
+def _in_order(document: RhinoDocument, objects: Sequence[RhinoObject]) -> list[RhinoObject]:
+    """Each object once, in the order of the file."""
+    wanted = {id(one) for one in objects}
+    return [one for one in document.objects if id(one) in wanted]
+
+
+def is_candidate(one: RhinoObject) -> bool:
+    """Whether the object can be meant without being named."""
+    return one.is_surface and not one.aside
+
+
+def _is_aside(one: RhinoObject, layers: tuple[str, ...]) -> bool:
+    return bool(one.aside) and not (layers and one.aside.startswith("on a layer"))
+
+
+def _on_layer(document: RhinoDocument, layer: str) -> list[RhinoObject]:
+    paths = layers_meant(document.layers, layer)
+    if not paths:
+        raise NoSurface(
+            f"{document.file_name} has no layer {layer!r}",
+            remedy="Name one of its layers.",
+            ids=document.layers,
+            kind="layers are",
+        )
+    on_it = [one for one in document.objects if one.layer in paths]
+    if any(one.is_surface for one in on_it):
+        return on_it
+    below = tuple(path + _SEPARATOR for path in paths)
+    return on_it + [one for one in document.objects if one.layer.startswith(below)]
+
+
+def layers_meant(layers: Iterable[str], layer: str) -> set[str]:
+    """Full paths of the layers with this path, or else with this last name; the spelling as it is goes first."""
+    full = {path: path for path in layers}
+    last = {path: path.split(_SEPARATOR)[-1] for path in full}
+    for spelt in (str, str.casefold):
+        for name in (full, last):
+            found = {path for path in full if spelt(name[path]) == spelt(layer)}
+            if found:
+                return found
+    return set()
+
+
+def _named(document: RhinoDocument, among: list[RhinoObject], name: str, layers: tuple[str, ...]) -> list[RhinoObject]:
+    found = [one for one in among if one.id.casefold() == name.strip("{}").casefold()]
+    found = found or [one for one in among if one.name == name]
+    if not found:
+        where = _on_layers(layers)
+        raise NoSurface(
+            f"{document.file_name} has no object named {name!r}{where}",
+            remedy="Name one of these by its name or id." if among else "Name another.",
+            ids=[str(one) for one in among if one.is_surface],
+            kind="there is",
+        )
+    return found
+
+
+def _none(
+    document: RhinoDocument,
+    found: list[RhinoObject],
+    surfaces: list[RhinoObject],
+    layers: tuple[str, ...],
+    name: Optional[str],
+) -> NoSurface:
+    where = _on_layers(layers)
+    where += f" named {name!r}" if name is not None else ""
+    if surfaces:
+        return NoSurface(
+            f"{document.file_name} has surfaces{where}, but none that is shown",
+            remedy="Show one, or name it by its name or id.",
+            ids=[f"{one}, {one.aside}" for one in surfaces],
+        )
+    counts = Counter(one.kind for one in found)
+    there = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "no objects"
+    return NoSurface(
+        f"{document.file_name} has no surface{where}, only: {there}",
+        remedy=f"Give a file with one of: {', '.join(SURFACE_KINDS)}.",
+    )
+
+
+def _on_layers(layers: tuple[str, ...]) -> str:
+    return f" on layer {' or '.join(repr(one) for one in layers)}" if layers else ""

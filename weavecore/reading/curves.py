@@ -1,0 +1,275 @@
+"""Curves in files: the curve objects of a Rhino file, or rows of coordinates in a text file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, Optional
+
+import numpy as np
+
+from weavecore.errors import BadCurve, NoCurve, TooMuchWork, Unreadable, WeaveError
+from weavecore.files import PathLike
+from weavecore.geometry.arrays import Floats
+from weavecore.geometry.nurbs import NurbsCurve, curve_points
+from weavecore.reading.choose import layers_meant
+from weavecore.reading.formats.mesh_file import read_bytes
+from weavecore.reading.formats.rhino_3dm import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
+from weavecore.reading.nurbs_mesher.brep_shape import nurbs_curve
+from weavecore.reading.sandbox import call_guarded, limits_for
+from weavecore.rhino_geometry import curve_in_rhino_points, is_curve_in_rhino, is_rhino_curve, line_points
+from weavecore.units import METRES
+
+RHINO = ".3dm"
+TEXTS = (".csv", ".txt", ".xyz")
+CURVE_ENDINGS = (RHINO, *TEXTS)
+
+_BETWEEN = re.compile(rb"[\s,;]+")
+
+
+def read_curves(
+    path: PathLike,
+    *,
+    names: Optional[Sequence[str]] = None,
+    unit: Optional[str] = None,
+    guarded: bool = False,
+    time_limit: Optional[float] = None,
+    progress: Optional[Callable[[float, str], None]] = None,
+) -> list[Floats]:
+    """Read curves that distances are to start at.
+
+    Parameters
+    ----------
+    path : path
+        Ends with ``.3dm``, or with ``.csv``, ``.txt`` or ``.xyz`` for a text file of one curve: x, y and z in
+        each line, with commas, semicolons or blanks between; commas are decimal ones in a line with semicolons.
+    names : sequence of str, optional
+        Names, ids or layers of curves of a Rhino file; by default the only curve that is shown.
+    unit : str, optional
+        Rhino's name of the unit wanted; by default the file's.  A text file says none: it is taken as it is.
+    guarded, time_limit, progress
+        As in `read_surface`.
+
+    Returns
+    -------
+    list of (n, 3) float64
+        For each name its curves in the order of the file, each once.
+
+    Raises
+    ------
+    NoCurve
+        Where there is none by that name, or, without names, not just one.
+    Unreadable, Unsupported, NonFinite, TooMuchWork
+    """
+    options: dict[str, Any] = {"names": None if names is None else tuple(names), "unit": unit}
+    if guarded:
+        limits = limits_for(path, time_limit=time_limit)
+        read: list[Floats] = call_guarded(_read_curves, path, limits=limits, progress=progress, **options)
+        return read
+    return _read_curves(path, progress=progress, **options)
+
+
+def _read_curves(
+    path: PathLike,
+    *,
+    names: Optional[tuple[str, ...]],
+    unit: Optional[str],
+    progress: Optional[Callable[[float, str], None]],
+) -> list[Floats]:
+    ending = Path(path).suffix.lower()
+    if ending in TEXTS:
+        return [_points_of_text(read_bytes(path), Path(path).name)]
+    if ending != RHINO:
+        raise NoCurve(
+            f"{Path(path).name} can hold no curves", remedy=f"Give the curve in a file of its own: {', '.join(TEXTS)}."
+        )
+    document = open_document(path)
+    if progress is not None:
+        progress(1.0, "Reading curves")
+    there = [one for one in document.objects if one.kind == CURVE and one.aside != IN_BLOCK]
+    chosen = [_only(document, there)] if names is None else _named(document, there, names)
+    # A division leaves one rounding less: 120 mm are 0.12 m to the last bit.
+    per_unit = METRES[unit] / METRES[document.unit] if unit in METRES and document.unit in METRES else 1.0
+    return [curve_from(one.geometry, tolerance=document.tolerance) / per_unit for one in chosen]
+
+
+def _only(document: RhinoDocument, there: list[RhinoObject]) -> RhinoObject:
+    shown = [one for one in there if not one.aside] or there
+    if len(shown) == 1:
+        return shown[0]
+    raise NoCurve(
+        f"{document.file_name} has {len(shown) or 'no'} curves, and one is wanted",
+        remedy="Keep one of them in the file." if shown else "Put one in it.",
+        ids=[str(one) for one in shown],
+    )
+
+
+def _named(document: RhinoDocument, there: list[RhinoObject], names: Sequence[str]) -> list[RhinoObject]:
+    chosen = list[RhinoObject]()
+    for name in names:
+        found = [one for one in there if one.id.casefold() == name.strip("{}").casefold()]
+        found = found or [one for one in there if name and one.name == name]
+        if not found:
+            layers = layers_meant(document.layers, name)
+            found = [one for one in there if one.layer in layers]
+        if not found:
+            raise NoCurve(
+                f"{document.file_name} has no curve that is named {name!r}, or is on a layer of that name",
+                remedy="Name one of these by its name, id or layer." if there else "Draw one on the surface.",
+                ids=[str(one) for one in there],
+                kind="there is",
+            )
+        chosen += [one for one in found if all(one is not other for other in chosen)]
+    return chosen
+
+
+def _points_of_text(data: bytes, file_name: str) -> Floats:
+    """Points from lines of three numbers and whatever follows; what follows ``#``, and a heading, is passed over."""
+    lines = (line.partition(b"#")[0].strip(b"\xef\xbb\xbf \t\r,;") for line in data.splitlines())
+    rows = [(number, _words(line)) for number, line in enumerate(lines, 1) if line]
+    if rows and not _is_number(rows[0][1][0]):
+        rows = rows[1:]
+    wrong = [number for number, words in rows if len(words) < 3 or not all(map(_is_number, words))]
+    if wrong or not rows:
+        raise Unreadable(
+            f"{file_name} has {'a line without three numbers' if wrong else 'no points'}",
+            remedy="Give x, y and z in each line, with commas, semicolons or blanks between.",
+            ids=wrong,
+            kind="line",
+        )
+    return np.array([words for _, words in rows], np.float64)
+
+
+def _words(line: bytes) -> list[bytes]:
+    """The first three words; between semicolons a comma is a decimal one."""
+    if b";" in line:
+        line = line.replace(b",", b".")
+    return _BETWEEN.split(line)[:3]
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        np.float64(word)
+    except ValueError:
+        return False
+    return True
+
+
+# ----------------------------------------------------------------------
+# Curves that are in memory, of Rhino or as points, as points along them.
+
+_PARTS_OF_SPAN = 4
+_TOLERANCE_OF_SIZE = 1e-4
+"""Points tell a curve to this part of its size, or to the model's tolerance where that is less."""
+
+_LEAST_OF_SIZE = 1e-7
+_MOST_POINTS = 200_000
+
+
+def curve_from(geometry: Any, *, tolerance: float = 0.0) -> Floats:
+    """Points along a curve.
+
+    Parameters
+    ----------
+    geometry : object
+        A curve, line, arc, circle or polyline of rhino3dm or RhinoCommon; or points (n, 3), which are given back.
+    tolerance : float
+        The model's absolute tolerance; 0 where it is not known.
+
+    Returns
+    -------
+    (n, 3) float64
+        Kinks among them; a closed curve comes back to its first point.
+
+    Raises
+    ------
+    BadCurve
+        Where it is neither.
+    Unreadable, NonFinite, TooMuchWork
+    """
+    ends = line_points(geometry)
+    if ends is not None:
+        return ends
+    if is_curve_in_rhino(geometry):
+        box = geometry.BoundingBox if hasattr(geometry, "BoundingBox") else geometry.GetBoundingBox(False)
+        return curve_in_rhino_points(geometry, _wanted(float(box.Diagonal.Length), tolerance))
+    if is_rhino_curve(geometry):
+        form = nurbs_curve(geometry)
+        size = float(np.linalg.norm(np.ptp(form.points[:, :3] / form.points[:, 3:], axis=0)))
+        return _points_along(form, _wanted(size, tolerance))
+    try:
+        return np.asarray(geometry, np.float64)
+    except (TypeError, ValueError):
+        raise BadCurve(
+            f"A {type(geometry).__name__} is no curve", remedy="Give a curve of Rhino, or rows of x, y and z."
+        ) from None
+
+
+def curves_from(geometries: Iterable[Any], *, tolerance: float = 0.0) -> list[Floats]:
+    """Points along several curves; see `curve_from`.
+
+    Parameters
+    ----------
+    geometries : iterable
+        Of what `curve_from` takes.
+    tolerance : float
+        The model's absolute tolerance; 0 where it is not known.
+
+    Returns
+    -------
+    list of (n, 3) float64
+
+    Raises
+    ------
+    BadCurve
+        Where they are no list; or, with its place among them, where one is no curve.
+    Unreadable, NonFinite, TooMuchWork
+        With the place of the curve.
+    """
+    try:
+        given = list(geometries)
+    except TypeError:
+        raise BadCurve(
+            f"A {type(geometries).__name__} is no list of curves", remedy="Put a single one in a list too: [curve]."
+        ) from None
+    return [_numbered_curve(number, geometry, tolerance) for number, geometry in enumerate(given)]
+
+
+def _numbered_curve(number: int, geometry: Any, tolerance: float) -> Floats:
+    try:
+        return curve_from(geometry, tolerance=tolerance)
+    except WeaveError as error:
+        raise type(error)(error.what, remedy=error.remedy, ids=[number], kind="curve") from error
+
+
+def _wanted(size: float, tolerance: float) -> float:
+    """How far points may leave a curve of that size."""
+    usual = _TOLERANCE_OF_SIZE * size
+    return max(min(tolerance, usual), _LEAST_OF_SIZE * size) if tolerance > 0 else usual
+
+
+def _points_along(curve: NurbsCurve, tolerance: float) -> Floats:
+    """Points at all knots, and between them until no middle is further off than the tolerance."""
+    knots = np.unique(curve.knots[curve.degree : len(curve.points) + 1])
+    t = knots
+    if curve.degree > 1:
+        shares = np.arange(_PARTS_OF_SPAN) / _PARTS_OF_SPAN
+        t = np.append((knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel(), knots[-1])
+    points = curve_points(curve, t)
+    active = np.arange(len(t) - 1) if curve.degree > 1 else np.zeros(0, np.int64)
+    while len(active):
+        middle_t = (t[active] + t[active + 1]) / 2
+        middle = curve_points(curve, middle_t)
+        off = np.linalg.norm(middle - (points[active] + points[active + 1]) / 2, axis=1)
+        bent = (off > tolerance) & (middle_t > t[active]) & (middle_t < t[active + 1])
+        if len(t) + bent.sum() > _MOST_POINTS:
+            raise TooMuchWork(
+                f"The curve would need more than {_MOST_POINTS:,} points",
+                remedy="Rebuild it with fewer control points, or give it as a polyline.",
+            )
+        after = active[bent] + 1
+        t, points = np.insert(t, after, middle_t[bent]), np.insert(points, after, middle[bent], axis=0)
+        first = after - 1 + np.arange(len(after))
+        active = np.stack([first, first + 1], axis=1).ravel()
+    return points

@@ -1,0 +1,573 @@
+"""The JSON result, read back to the last value of the stage that wrote it.
+
+Nothing in the file is believed: every index is checked against what it names and every number for being finite,
+before either is used.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NoReturn, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from weavecore.errors import BadIndex, NonFinite, Unreadable, Unsupported
+from weavecore.files import PathLike
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.splines import DEGREE, fit_splines
+from weavecore.model import (
+    FAMILIES,
+    Bands,
+    Bending,
+    Clashes,
+    Joints,
+    Latitudes,
+    Lattice,
+    Material,
+    Origins,
+    Polylines,
+    RodAxes,
+    Strands,
+    SurfaceMesh,
+    Weave,
+)
+
+FORMAT, VERSION = "weavecore", 1
+
+Result = Union[SurfaceMesh, Latitudes, Lattice, Weave]
+
+
+def read_result(path: PathLike) -> Result:
+    """Read a JSON result: what was exported is returned, value for value.
+
+    Parameters
+    ----------
+    path : path
+        What ``export`` or ``weavecore weave --json`` wrote.
+
+    Returns
+    -------
+    SurfaceMesh, Latitudes, Lattice or Weave
+        The last stage that the file has.
+
+    Raises
+    ------
+    Unreadable
+        Where the file is missing, is no JSON, breaks off or contradicts itself.
+    Unsupported
+        Where it is no result of weavecore, or of a later version.
+    BadIndex, NonFinite, Degenerate, NonManifold
+    """
+    return decode_result(_read_bytes(path))
+
+
+def read_weave(path: PathLike) -> tuple[Weave, bytes]:
+    """Read a JSON result that has a weave, and give the bytes of the file with it.
+
+    Raises
+    ------
+    Unsupported
+        Where the file has no weave; else as `read_result`.
+    """
+    content = _read_bytes(path)
+    weave = decode_result(content)
+    if not isinstance(weave, Weave):
+        raise Unsupported(
+            f"{path} has no rods", remedy="Give what `weavecore weave INPUT --json RESULT.json` wrote, with a weave."
+        )
+    return weave, content
+
+
+def decode_result(data: bytes) -> Result:
+    """The result that the bytes of a JSON file hold; see `read_result`."""
+    return take_result(_parse(data))
+
+
+def take_result(values: object) -> Result:
+    """The result in the values of a JSON file that has been parsed; see `read_result`."""
+    document = ResultPart(values)
+    if "format" not in document or document.text("format") != FORMAT:
+        raise Unsupported(
+            "The file is no result of weavecore", remedy="Give what `weavecore weave INPUT --json RESULT.json` wrote."
+        )
+    if document.number("version") != VERSION:
+        raise Unsupported(
+            f"The result is of version {document.number('version'):g}, and {VERSION} is read",
+            remedy="Weave again with this version of weavecore.",
+        )
+    surface = _surface(document)
+    if "latitudes" not in document:
+        return surface
+    latitudes = _latitudes(document, surface)
+    if "lattice" not in document:
+        return latitudes
+    lattice = _lattice(document, latitudes)
+    return take_weave(document, lattice) if "weave" in document else lattice
+
+
+def _parse(data: bytes) -> Any:
+    try:
+        return json.loads(data.decode("utf-8-sig"), parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        detail = "too deep" if isinstance(error, RecursionError) else str(error)
+        raise Unreadable(
+            f"The file is no JSON that can be read: {detail}", remedy="The file is damaged: weave again."
+        ) from None
+
+
+def _refuse_constant(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no number")
+
+
+def _surface(document: ResultPart) -> SurfaceMesh:
+    part = document.part("surface")
+    vertices = part.floats("vertices", (-1, 3))
+    offsets, values = part.rows("cut", len(vertices)) if "cut" in part else (np.zeros(1, np.int64), None)
+    cuts = () if values is None else tuple(np.split(values, offsets[1:-1]))
+    return SurfaceMesh(
+        vertices,
+        part.indices("faces", (-1, 3), len(vertices)),
+        unit=document.text("unit"),
+        tolerance=document.number("tolerance", least=0.0),
+        cuts=cuts,
+        name=part.text("name"),
+        mendings=tuple(part.texts("mendings")),
+        starts=take_origins(part, len(vertices)) if "origins" in part else None,
+    )
+
+
+def _latitudes(document: ResultPart, surface: SurfaceMesh) -> Latitudes:
+    part = document.part("latitudes")
+    points = part.floats("points", (-1, 3))
+    offsets = part.offsets("offsets", len(points))
+    n, m = len(offsets) - 1, len(points)
+    # Results from before polylines could be open do not say that they are closed.
+    closed = part.flags("closed", n) if "closed" in part else np.ones(n, bool)
+    if (np.diff(offsets) < np.where(closed, 3, 2)).any():
+        raise damaged_result("latitudes.offsets has a polyline of too few points: three if closed, else two")
+    return Latitudes(
+        surface=surface,
+        polylines=Polylines(
+            points,
+            offsets,
+            closed,
+            part.indices("face", (m,), surface.n_faces),
+            part.floats("barycentric", (m, 3)),
+        ),
+        generation=part.indices("generation", (n,), max(n, 1)),
+        distance=part.floats("distance", (n,)),
+        parents=part.indices("parents", (-1, 2), n),
+        bands=_bands(part.part("bands"), n),
+        spacing=_positive(document, "spacing"),
+        vertex_distance=part.floats("vertex_distance", (surface.n_vertices,)),
+    )
+
+
+def _bands(part: ResultPart, n_polylines: int) -> Bands:
+    polyline = part.indices("polyline", (-1,), n_polylines)
+    offsets = part.offsets("offsets", len(polyline))
+    n = len(offsets) - 1
+    return Bands(
+        offsets,
+        polyline,
+        part.flags("is_parent", len(polyline)),
+        part.flags("is_left", len(polyline)),
+        # The Euler characteristic of a piece with borders is 1 at most, and may be as low as there are handles.
+        part.indices("euler", (n,), 3, least=-(2**40)),
+        part.floats("depth", (n,)),
+    )
+
+
+def _lattice(document: ResultPart, latitudes: Latitudes) -> Lattice:
+    part = document.part("lattice")
+    nodes = part.floats("nodes", (-1, 3))
+    n = len(nodes)
+    face_offsets, face_nodes = part.rows("faces", n)
+    edges = part.indices("edges", (-1, 2), n)
+    family = part.names("edge_family", FAMILIES)
+    if len(family) != len(edges):
+        raise damaged_result(f"lattice.edge_family has {len(family)} entries for {len(edges)} edges")
+    return Lattice(
+        latitudes=latitudes,
+        nodes=nodes,
+        face_offsets=face_offsets,
+        face_nodes=face_nodes,
+        edges=edges,
+        edge_family=family,
+        node_latitude=part.indices("node_latitude", (n,), len(latitudes), least=-1),
+        node_station=part.floats("node_station", (n,)),
+        pattern=document.part("parameters").text("pattern"),
+        edge_length=_positive(document, "edge_length"),
+    )
+
+
+def _positive(document: ResultPart, key: str) -> float:
+    return document.part("parameters").number(key, least=float(np.finfo(float).tiny))
+
+
+def _read_bytes(path: PathLike) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise Unreadable(
+            f"{path} could not be read: {error.strerror or error}", remedy="Look at the name and at the file's rights."
+        ) from error
+
+
+# ----------------------------------------------------------------------
+# The origins in a JSON result: the paths along edges from which distances start.
+
+
+def take_origins(surface: ResultPart, n_vertices: int) -> Origins:
+    """The origins of a surface, of which the vertices were read before; they do not meet."""
+    rows = list(surface.parts("origins"))
+    paths = tuple(row.indices("vertices", (-1,), n_vertices) for row in rows)
+    closed = np.array([row.flag("closed") for row in rows], bool)
+    for row, path, is_closed in zip(rows, paths, closed.tolist()):
+        if len(path) < (3 if is_closed else 2):
+            raise damaged_result(f"{row.path('vertices')} has {len(path)} vertices, too few for a path")
+    origins = Origins(paths, closed)
+    passed = origins.vertices()
+    if len(np.unique(passed)) < len(passed):
+        raise damaged_result(f"{surface.path('origins')} pass a vertex twice")
+    return origins
+
+
+# ----------------------------------------------------------------------
+# The weave in a JSON result: rods, joints, axes and bending.
+
+_TINY = float(np.finfo(float).tiny)
+
+_FROM_NODE = 1e-6
+"""An axis may pass its visits this part of the size of the lattice away; else it is not theirs."""
+
+
+def take_weave(document: ResultPart, lattice: Lattice) -> Weave:
+    """The weave on a lattice that was read before."""
+    part = document.part("weave")
+    rows = list(document.parts("strands"))
+    ids = tuple(row.text("id") for row in rows)
+    places = {name: s for s, name in enumerate(ids)}
+    if len(places) != len(ids):
+        raise damaged_result("Two strands have one id")
+    strands = _strands(rows, lattice)
+    normals = part.floats("normals", (lattice.n_nodes, 3))
+    return Weave(
+        lattice=lattice,
+        strands=strands,
+        ids=ids,
+        joints=_joints(document, strands, places, lattice.n_nodes),
+        axes=_axes(rows, strands, lattice.nodes, normals),
+        normals=normals,
+        bending=_bending(rows, part),
+        rod_diameter=part.number("rod_diameter", least=_TINY),
+        material=_material(part.part("material")),
+        over_under=part.text("over_under"),
+        conflicts=_conflicts(part, places, lattice.n_nodes),
+        clashes=_clashes(part, places),
+    )
+
+
+def _strands(rows: list[ResultPart], lattice: Lattice) -> Strands:
+    nodes = [row.indices("nodes", (-1,), lattice.n_nodes) for row in rows]
+    closed = np.array([row.flag("closed") for row in rows], bool)
+    for row, path, is_closed in zip(rows, nodes, closed.tolist()):
+        if len(path) < (3 if is_closed else 2):
+            raise damaged_result(f"{row.where}.nodes has {len(path)} nodes, too few for a rod")
+    families = {name: k for k, name in enumerate(FAMILIES)}
+    return Strands(
+        offsets_of([len(path) for path in nodes]),
+        np.concatenate([*nodes, np.zeros(0, np.int64)]),
+        np.array([row.name("family", families) for row in rows], np.int64),
+        closed,
+    )
+
+
+def _joints(document: ResultPart, strands: Strands, places: dict[str, int], n_nodes: int) -> Joints:
+    rows = list(document.parts("joints"))
+    node = np.array([row.index("node", n_nodes) for row in rows], np.int64)
+    if (np.diff(node) <= 0).any():
+        raise damaged_result("The nodes of the joints do not rise")
+    counts = np.diff(strands.offsets)
+    visits: list[Ints] = []
+    for row, at in zip(rows, node.tolist()):
+        order = np.array([row.name_of(name, "order", places) for name in row.texts("order")], np.int64)
+        place = row.indices("places", (len(order),), int(counts.max(initial=0)))
+        if len(order) < 2 or (place >= counts[order]).any():
+            raise damaged_result(f"{row.where} does not have two rods or more with a place on each")
+        visit = strands.offsets[order] + place
+        if (strands.nodes[visit] != at).any() or len(np.unique(visit)) < len(visit):
+            raise damaged_result(f"{row.where} names rods that do not pass node {at}, or one twice")
+        visits.append(visit)
+    visit = np.concatenate([*visits, np.zeros(0, np.int64)])
+    return Joints(node, offsets_of([len(v) for v in visits]), visit, rows_of(strands.offsets)[visit])
+
+
+def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floats) -> RodAxes:
+    """The axes; what stands in the file once is not there twice: points and derivatives follow from the rest."""
+    counts = np.diff(strands.offsets).tolist()
+    knots, controls = _bsplines(rows, counts, strands)
+    layer_offsets = _joined([row.floats("layer_offsets", (n,)) for row, n in zip(rows, counts)])
+    stations = _joined([row.floats("stations", (n,)) for row, n in zip(rows, counts)])
+    lengths = np.array([row.number("axis_length", least=_TINY) for row in rows], np.float64)
+    owner = rows_of(strands.offsets)
+    rises = np.diff(stations)[np.diff(owner) == 0] >= 0
+    if not rises.all() or (stations < 0).any() or (stations > lengths[owner] * (1 + 1e-9)).any():
+        raise damaged_result("The stations of a strand do not rise from 0 to its length")
+    points = nodes[strands.nodes] + layer_offsets[:, None] * normals[strands.nodes]
+    room = _FROM_NODE * float(np.linalg.norm(np.ptp(nodes, axis=0)))
+    fitted = fit_splines(points, strands.offsets, strands.closed)
+    for s, row in enumerate(rows):
+        part = slice(strands.offsets[s], strands.offsets[s + 1])
+        spline: Any = BSpline(knots[s], controls[s], DEGREE)
+        if not np.abs(spline(fitted.parameters[part]) - points[part]).max() <= room:
+            raise damaged_result(f"{row.where}.axis does not pass through the places of its strand")
+    return RodAxes(
+        offsets=strands.offsets,
+        closed=strands.closed,
+        points=points,
+        derivatives=fitted.derivatives,
+        parameters=fitted.parameters,
+        ends=fitted.ends,
+        knot_offsets=offsets_of([len(one) for one in knots]),
+        knots=_joined(knots),
+        control_offsets=offsets_of([len(one) for one in controls]),
+        controls=np.concatenate([*controls, np.zeros((0, 3))]),
+        stations=stations,
+        lengths=lengths,
+        layer_offsets=layer_offsets,
+    )
+
+
+def _bsplines(rows: list[ResultPart], counts: list[int], strands: Strands) -> tuple[list[Floats], list[Floats]]:
+    """Knots and control points of every strand, of which there are as many as its visits ask for."""
+    knots, controls = [], []
+    for row, n, is_closed in zip(rows, counts, strands.closed.tolist()):
+        axis = row.part("axis")
+        spans = n if is_closed else n - 1
+        if axis.number("degree") != DEGREE:
+            raise damaged_result(f"{axis.where} is not of degree {DEGREE}")
+        found = axis.floats("knots", (spans + 1 + 2 * DEGREE,))
+        if (np.diff(found) < 0).any() or not (np.diff(found[DEGREE:-DEGREE]) > 0).all():
+            raise damaged_result(f"{axis.where}.knots do not rise")
+        knots.append(found)
+        controls.append(axis.floats("controls", (spans + DEGREE, 3)))
+    return knots, controls
+
+
+def _bending(rows: list[ResultPart], part: ResultPart) -> Bending:
+    def or_infinite(row: ResultPart, key: str) -> float:
+        value = row.number_or_none(key)
+        return np.inf if value is None else value
+
+    return Bending(
+        window=part.number("bending_window", least=_TINY),
+        min_radius=np.array([or_infinite(row, "min_radius") for row in rows]),
+        station_at_min=np.array([row.number("station_at_min") for row in rows]),
+        point_at_min=np.array([row.floats("point_at_min", (3,)) for row in rows]),
+        utilisation=np.array([row.number("utilisation", least=0.0) for row in rows]),
+        largest_diameter=np.array([or_infinite(row, "largest_diameter") for row in rows]),
+    )
+
+
+def _material(part: ResultPart) -> Material:
+    return Material(
+        part.text("name"),
+        modulus=part.number("modulus"),
+        strength=part.number("strength"),
+        factor=part.number("factor"),
+        density=part.number("density", least=0.0),
+        source=part.text("source"),
+    )
+
+
+def _conflicts(part: ResultPart, places: dict[str, int], n_nodes: int) -> Ints:
+    rows = [
+        [row.name("strand", places), row.index("node", n_nodes), row.index("node_before", n_nodes)]
+        for row in part.parts("conflicts")
+    ]
+    return np.array(rows, np.int64).reshape(-1, 3)
+
+
+def _clashes(part: ResultPart, places: dict[str, int]) -> Clashes:
+    rows = list(part.parts("clashes"))
+    pairs = [[row.name_of(name, "strands", places) for name in row.texts("strands")] for row in rows]
+    if any(len(pair) != 2 for pair in pairs):
+        raise damaged_result("A clash is not of two strands")
+    return Clashes(
+        np.array(pairs, np.int64).reshape(-1, 2),
+        np.array([row.number("distance", least=0.0) for row in rows]),
+        np.array([row.floats("point", (3,)) for row in rows]).reshape(-1, 3),
+    )
+
+
+def _joined(arrays: list[Floats]) -> Floats:
+    return np.concatenate([*arrays, np.zeros(0)])
+
+
+# ----------------------------------------------------------------------
+# `ResultPart`: an object of the JSON result whose values are checked as they are taken.
+
+REMEDY = "The file is damaged, or another version wrote it: weave again with this version of weavecore."
+
+
+def damaged_result(what: str) -> Unreadable:
+    """The error of a result that breaks off or contradicts itself."""
+    return Unreadable(what, remedy=REMEDY)
+
+
+class ResultPart:
+    """One object of the file and where it is, such as ``lattice`` or ``strands[3]``."""
+
+    def __init__(self, value: Any, where: str = "") -> None:
+        if not isinstance(value, dict):
+            raise damaged_result(f"{where or 'The file'} is no JSON object")
+        self._values: dict[str, Any] = value
+        self.where = where
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._values
+
+    def path(self, key: str) -> str:
+        """Where a value is, as a person finds it."""
+        return f"{self.where}.{key}" if self.where else key
+
+    def part(self, key: str) -> ResultPart:
+        """The object under a key."""
+        return ResultPart(self._take(key), self.path(key))
+
+    def parts(self, key: str) -> Iterator[ResultPart]:
+        """The objects in a list."""
+        for k, value in enumerate(self.items(key)):
+            yield ResultPart(value, f"{self.path(key)}[{k}]")
+
+    def items(self, key: str) -> list[Any]:
+        """A list, whatever it holds."""
+        value = self._take(key)
+        if not isinstance(value, list):
+            raise damaged_result(f"{self.path(key)} is no list")
+        return value
+
+    def text(self, key: str) -> str:
+        """A text."""
+        value = self._take(key)
+        if not isinstance(value, str):
+            raise damaged_result(f"{self.path(key)} is no text")
+        return value
+
+    def texts(self, key: str) -> list[str]:
+        """A list of texts."""
+        values = self.items(key)
+        if not all(isinstance(value, str) for value in values):
+            raise damaged_result(f"{self.path(key)} holds something that is no text")
+        return values
+
+    def number(self, key: str, *, least: float = -np.inf) -> float:
+        """A finite number, ``least`` or more."""
+        value = float(self.floats(key, ())[()])
+        if value < least:
+            raise damaged_result(f"{self.path(key)} is {value:g}, and must not be below {least:g}")
+        return value
+
+    def number_or_none(self, key: str) -> Optional[float]:
+        """A finite number, or nothing where the file has null."""
+        return None if self._take(key) is None else self.number(key)
+
+    def floats(self, key: str, shape: tuple[int, ...]) -> Floats:
+        """An array of finite numbers with the given shape (-1 = any)."""
+        array: Floats = self._array(key, shape, "fiu").astype(np.float64)
+        bad = np.flatnonzero(~(np.abs(array) < _BEYOND))
+        if len(bad):
+            raise NonFinite(
+                f"{self.path(key)} holds numbers beyond all measure", remedy=REMEDY, ids=bad.tolist(), kind="entry"
+            )
+        return array
+
+    def indices(self, key: str, shape: tuple[int, ...], count: int, *, least: int = 0) -> Ints:
+        """An array of whole numbers from ``least`` up to ``count - 1``."""
+        array: Ints = self._array(key, shape, "iu").astype(np.int64)
+        bad = np.flatnonzero((array < least) | (array >= count))
+        if len(bad):
+            raise BadIndex(
+                f"{self.path(key)} names what is beyond the {count} there are",
+                remedy=REMEDY,
+                ids=bad.tolist(),
+                kind="entry",
+            )
+        return array
+
+    def index(self, key: str, count: int) -> int:
+        """One whole number from 0 up to ``count - 1``."""
+        return int(self.indices(key, (), count)[()])
+
+    def offsets(self, key: str, count: int) -> Ints:
+        """Offsets of a ragged array of ``count`` values: they rise from 0 to it."""
+        offsets = self.indices(key, (-1,), count + 1)
+        if not len(offsets) or offsets[0] != 0 or offsets[-1] != count or (np.diff(offsets) < 0).any():
+            raise damaged_result(f"{self.path(key)} does not rise from 0 to {count}")
+        return offsets
+
+    def rows(self, key: str, count: int) -> tuple[Ints, Ints]:
+        """A list of lists of indices below ``count`` as offsets and values."""
+        lists = self.items(key)
+        if not all(isinstance(row, list) for row in lists):
+            raise damaged_result(f"{self.path(key)} holds something that is no list")
+        flat = ResultPart({key: [value for row in lists for value in row]}, self.where)
+        return offsets_of([len(row) for row in lists]), flat.indices(key, (-1,), count)
+
+    def flag(self, key: str) -> bool:
+        """True or false."""
+        value = self._take(key)
+        if not isinstance(value, bool):
+            raise damaged_result(f"{self.path(key)} is neither true nor false")
+        return value
+
+    def flags(self, key: str, count: int) -> Bools:
+        """An array (count,) of true and false."""
+        array: Bools = self._array(key, (count,), "b").astype(np.bool_)
+        return array
+
+    def names(self, key: str, known: Sequence[str]) -> Ints:
+        """Which of the known names each text in a list is."""
+        places = {name: k for k, name in enumerate(known)}
+        return np.array([self.name_of(name, key, places) for name in self.texts(key)], np.int64)
+
+    def name(self, key: str, places: dict[str, int]) -> int:
+        """The number of the name that a text is."""
+        return self.name_of(self.text(key), key, places)
+
+    def name_of(self, name: str, key: str, places: dict[str, int]) -> int:
+        """The number of a name that stands under a key."""
+        if name not in places:
+            raise BadIndex(f"{self.path(key)} names {name!r}, which is not there", remedy=REMEDY)
+        return places[name]
+
+    def _take(self, key: str) -> Any:
+        if key not in self._values:
+            raise damaged_result(f"{self.path(key)} is missing")
+        return self._values[key]
+
+    def _array(self, key: str, shape: tuple[int, ...], kinds: str) -> NDArray[Any]:
+        try:
+            array = np.asarray(self._take(key))
+        except (ValueError, OverflowError):
+            raise damaged_result(f"{self.path(key)} has rows of different lengths") from None
+        if array.shape == (0,) and 0 in [max(n, 0) for n in shape]:
+            # An empty list says nothing of its shape, nor of what it would hold.
+            array = np.zeros([max(n, 0) for n in shape], "?" if kinds == "b" else "i8")
+        if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape)):
+            wanted = " × ".join("any" if n == -1 else str(n) for n in shape) or "one number"
+            raise damaged_result(f"{self.path(key)} has the shape {array.shape}, not {wanted}")
+        if array.dtype.kind not in kinds:
+            raise damaged_result(f"{self.path(key)} holds something that is no {_WORDS[kinds]}")
+        return array
+
+
+_BEYOND = 1e100
+"""Squares and products of lesser numbers are finite too."""
+
+_WORDS = {"fiu": "number", "iu": "whole number", "b": "true or false"}

@@ -1,0 +1,235 @@
+"""What a file holds and what would become of each object, for a table."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+
+from weavecore.errors import WeaveError
+from weavecore.files import PathLike
+from weavecore.geometry.arrays import Floats
+from weavecore.model import SurfaceMesh
+from weavecore.reading.choose import is_candidate
+from weavecore.reading.curves import curve_from
+from weavecore.reading.formats.mesh_file import read_mesh_file
+from weavecore.reading.formats.rhino_3dm import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
+from weavecore.reading.raw import RawMesh
+from weavecore.reading.read import check_ending, is_rhino, raw_from_document
+from weavecore.reading.repair import repair
+from weavecore.reading.sandbox import Progress, call_guarded, limits_for_all
+
+
+@dataclass(frozen=True)
+class ObjectReport:
+    """One object of a file, and what would become of it.
+
+    Parameters
+    ----------
+    id, name, kind, layer : str
+        As in Rhino; the kind of a mesh file is "Mesh".
+    n_faces : int
+        Triangles of its surface; 0 where there is none.
+    border_lengths : tuple of float
+        Length of each border loop, in the file's unit.
+    euler_characteristic : int or None
+    is_candidate : bool
+        Whether it can be meant without being named.
+    aside : str
+        Why it cannot: "hidden", "locked", "on a layer that is off", "part of a block"; or "".
+    code : str
+        "" where it can be woven, else the code of the error.
+    message : str
+        The error, or what would be mended.
+    """
+
+    id: str
+    name: str
+    kind: str
+    layer: str
+    n_faces: int
+    border_lengths: tuple[float, ...]
+    euler_characteristic: Optional[int]
+    is_candidate: bool
+    aside: str
+    code: str
+    message: str
+
+    @property
+    def n_borders(self) -> int:
+        """Number of border loops."""
+        return len(self.border_lengths)
+
+
+@dataclass(frozen=True)
+class CurveReport:
+    """A curve of a file, from which rings may start.
+
+    Parameters
+    ----------
+    id, name, layer : str
+        As in Rhino.
+    length : float
+        In the file's unit.
+    is_closed : bool
+    """
+
+    id: str
+    name: str
+    layer: str
+    length: float
+    is_closed: bool
+
+
+@dataclass(frozen=True)
+class FileReport:
+    """What a file holds.
+
+    Parameters
+    ----------
+    path : str
+    format : str
+        The file's ending without its dot.
+    version : int or None
+        Of Rhino; None for a mesh file.
+    unit : str
+        Rhino's name, or "None".
+    tolerance : float
+    layers : tuple of str
+        Full paths.
+    objects : tuple of ObjectReport
+        Those that a surface could be made of.
+    others : tuple of (kind, count)
+        How many there are of the other kinds.
+    curves : tuple of CurveReport
+        Those of the others that are curves.
+    """
+
+    path: str
+    format: str
+    version: Optional[int]
+    unit: str
+    tolerance: float
+    layers: tuple[str, ...]
+    objects: tuple[ObjectReport, ...]
+    others: tuple[tuple[str, int], ...]
+    curves: tuple[CurveReport, ...] = ()
+
+
+def inspect_file(
+    path: PathLike,
+    *,
+    guarded: bool = False,
+    time_limit: Optional[float] = None,
+    progress: Optional[Progress] = None,
+) -> FileReport:
+    """Look at every object of a file that a surface could be made of.
+
+    Parameters
+    ----------
+    path : path
+    guarded : bool
+        Look in a process of its own, so that a damaged file can neither end this one nor hold it up.
+    time_limit : float, optional
+        Seconds that this process may take for an object, by default what suits the file: see `limits_for_all`.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Raises
+    ------
+    Unreadable, Unsupported, TooMuchWork
+        Where the file as a whole cannot be read; what is wrong with one object is in its report.
+    """
+    if guarded:
+        limits = limits_for_all(path, time_limit=time_limit)
+        report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress)
+        return report
+    if is_rhino(path):
+        return _inspect_document(path, open_document(path), progress or _quiet)
+    check_ending(path)
+    format_ = Path(path).suffix.lower()[1:]
+    try:
+        raw = read_mesh_file(path)
+    except (LookupError, ValueError) as error:
+        if not isinstance(error, WeaveError):
+            raise
+        only = _refused(RhinoObject("", Path(path).stem, "Mesh", "", "", None), error)
+    else:
+        only = _report(RhinoObject("", raw.name, "Mesh", "", "", None), raw)
+    return FileReport(str(path), format_, None, "None", 0.0, (), (only,), ())
+
+
+def _quiet(_share: float, _label: str) -> None:
+    """Tell nobody."""
+
+
+def _inspect_document(path: PathLike, document: RhinoDocument, tell: Progress) -> FileReport:
+    reports, others = [], dict[str, int]()
+    for number, one in enumerate(document.objects):
+        tell(number / len(document.objects), "looking at objects")
+        if not one.is_surface:
+            others[one.kind] = others.get(one.kind, 0) + 1
+            continue
+        try:
+            reports.append(_report(one, raw_from_document(document, one)))
+        except WeaveError as error:
+            reports.append(_refused(one, error))
+    return FileReport(
+        path=str(path),
+        format="3dm",
+        version=document.version,
+        unit=document.unit,
+        tolerance=document.tolerance,
+        layers=document.layers,
+        objects=tuple(reports),
+        others=tuple(sorted(others.items())),
+        curves=tuple(_report_curves(document)),
+    )
+
+
+def _report_curves(document: RhinoDocument) -> Iterator[CurveReport]:
+    for one in document.objects:
+        if one.kind == CURVE and one.aside != IN_BLOCK:
+            with contextlib.suppress(WeaveError):  # What is no curve is counted among the others.
+                points = curve_from(one.geometry, tolerance=document.tolerance)
+                step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+                is_closed = bool(one.geometry.IsClosed)
+                yield CurveReport(one.id, one.name, one.layer, float(step.sum()), is_closed)
+
+
+def _report(one: RhinoObject, raw: RawMesh) -> ObjectReport:
+    try:
+        surface = repair(raw, is_cut=False)
+    except WeaveError as error:
+        return _refused(one, error)
+    return ObjectReport(
+        id=one.id,
+        name=one.name,
+        kind=one.kind,
+        layer=one.layer,
+        n_faces=surface.n_faces,
+        border_lengths=_border_lengths(surface),
+        euler_characteristic=surface.euler_characteristic,
+        is_candidate=is_candidate(one),
+        aside=one.aside,
+        code="",
+        message=" ".join(surface.mendings),
+    )
+
+
+def _refused(one: RhinoObject, error: WeaveError) -> ObjectReport:
+    return ObjectReport(
+        one.id, one.name, one.kind, one.layer, 0, (), None, is_candidate(one), one.aside, error.code, str(error)
+    )
+
+
+def _border_lengths(surface: SurfaceMesh) -> tuple[float, ...]:
+    return tuple(_length(surface.vertices[loop]) for loop in surface.borders)
+
+
+def _length(loop: Floats) -> float:
+    return float(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1).sum())

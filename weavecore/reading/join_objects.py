@@ -1,0 +1,112 @@
+"""Several objects of a Rhino file as one surface, joined where their edges coincide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.reading.choose import ambiguous
+from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject
+from weavecore.reading.nurbs_mesher import MeshedObject, mesh_objects, surfaces_of_reference
+from weavecore.reading.raw import RawMesh
+
+_FOLDED_BACK = -np.cos(np.radians(5.0))
+_MOST_OBJECTS = 2_000
+
+
+def join_objects(
+    document: RhinoDocument,
+    objects: Sequence[RhinoObject],
+    *,
+    must_hang_together: bool,
+    edge_target: float | None = None,
+    spacing: float | None = None,
+    progress: Callable[[float, str], None] | None = None,
+) -> RawMesh:
+    """The arrays of several objects, taken as one.
+
+    Parameters
+    ----------
+    document : RhinoDocument
+    objects : sequence of RhinoObject
+    must_hang_together : bool
+        Whether they are refused where their edges do not join them to one piece, or where they lie on each other.
+    edge_target, spacing, progress
+        As in `read_surface`.
+
+    Raises
+    ------
+    AmbiguousSurface
+        Where they must hang together and do not; else as `mesh_objects`.
+    """
+    if progress is not None:
+        progress(0.0, "Reading the surfaces")
+    parts = [part for one in objects for part in _parts(document, one)]
+    if must_hang_together and (len(parts) > _MOST_OBJECTS or not _boxes_hang_together(document, objects)):
+        raise ambiguous(document, objects)
+    meshed = mesh_objects(
+        [geometry for geometry, _ in parts],
+        transforms=[transform for _, transform in parts],
+        tolerance=document.tolerance,
+        edge_target=edge_target,
+        spacing=spacing,
+        progress=progress,
+    )
+    if must_hang_together and not _is_one_sheet(meshed):
+        raise ambiguous(document, objects)
+    names = list(dict.fromkeys(one.name for one in objects if one.name))
+    return RawMesh(
+        meshed.vertices,
+        meshed.faces,
+        unit=document.unit,
+        tolerance=document.tolerance,
+        name=", ".join(names) or Path(document.file_name).stem,
+        notes=(*meshed.notes, f"Joined {len(objects)} objects where their edges coincide."),
+    )
+
+
+def _parts(document: RhinoDocument, one: RhinoObject) -> list[tuple[Any, Floats | None]]:
+    """Geometry and its transform: those of the definition where the object is a block."""
+    if one.kind == BLOCK:
+        return [(part.geometry, part.transform) for part in surfaces_of_reference(document.source, one.geometry)]
+    return [(one.geometry, None)]
+
+
+def _boxes_hang_together(document: RhinoDocument, objects: Sequence[RhinoObject]) -> bool:
+    """Whether boxes about the objects make one heap: cheap, and false for most objects that are apart."""
+    if any(one.kind == BLOCK for one in objects):
+        return True  # A block's box needs its definition; what becomes of it is seen on the mesh.
+    boxes = [one.geometry.GetBoundingBox() for one in objects]
+    low, high = (np.array([(p.X, p.Y, p.Z) for p in ends]) for ends in zip(*((b.Min, b.Max) for b in boxes)))
+    slack = document.tolerance + 1e-3 * float(np.ptp(np.concatenate([low, high]), axis=0).max())
+    reaches = (low[:, None] <= high[None] + slack).all(2)
+    n_heaps, _ = connected_components(np.array(reaches & reaches.T, np.int8), directed=False)
+    return int(n_heaps) == 1
+
+
+def _is_one_sheet(meshed: MeshedObject) -> bool:
+    """Whether a mesh is one piece, no two of its sheets lying on each other where they join."""
+    faces = meshed.faces
+    first, second = _neighbours(faces)
+    links = coo_matrix((np.ones(len(first), bool), (first, second)), shape=(len(faces), len(faces)))
+    corners = meshed.vertices[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    folded = np.einsum("ij,ij->i", normal[first], normal[second]) < _FOLDED_BACK
+    n_pieces, _ = connected_components(links, directed=False)
+    return int(n_pieces) == 1 and not folded.any()
+
+
+def _neighbours(faces: Ints) -> tuple[Ints, Ints]:
+    """Faces on both sides of each edge that has two."""
+    tail, head = faces.ravel(), faces[:, [1, 2, 0]].ravel()
+    key = np.minimum(tail, head) * np.int64(faces.max() + 1) + np.maximum(tail, head)
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(key[order][1:] == key[order][:-1])
+    return order[same] // 3, order[same + 1] // 3
