@@ -16,6 +16,7 @@ import json
 from typing import Any
 
 from weavecore.exporting.product import Product, strand_lengths
+from weavecore.exporting.relaxed import equilibrium_entry
 from weavecore.exporting.woven import crossing_entries, joint_entries, rod_entries, weave_entry
 from weavecore.model import FAMILIES, Latitudes, Lattice, Strands, SurfaceMesh
 
@@ -48,6 +49,8 @@ def encode_json(product: Product) -> bytes:
         document["crossings"] = crossing_entries(product.weave)
         document["joints"] = joint_entries(product.weave)
         document["weave"] = weave_entry(product.weave)
+    if product.equilibrium is not None:
+        document["equilibrium"] = equilibrium_entry(product.equilibrium)
     # Ten megabytes a second slower with an indent, which also leaves the C encoder unused.
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 

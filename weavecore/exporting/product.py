@@ -13,9 +13,9 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.pipes import pipe_mesh
 from weavecore.geometry.splines import CurveSamples
-from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model import Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
 
-StageValue = Union[SurfaceMesh, Latitudes, Lattice, Weave]
+StageValue = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +30,7 @@ class Product:
     strands : Strands, optional
         The rods of the lattice.
     weave : Weave, optional
+    equilibrium : Equilibrium, optional
     parameters : mapping
         The options that led to it: plain numbers, texts and lists of them.
     """
@@ -39,6 +40,7 @@ class Product:
     lattice: Optional[Lattice] = None
     strands: Optional[Strands] = None
     weave: Optional[Weave] = None
+    equilibrium: Optional[Equilibrium] = None
     parameters: Mapping[str, object] = field(default_factory=dict)
 
 
@@ -52,6 +54,9 @@ def product_of(
     known: dict[str, object] = dict(parameters or {})
     if isinstance(value, SurfaceMesh):
         return Product(value, parameters=known)
+    if isinstance(value, Equilibrium):
+        known.update(supports=value.supports, loads=value.loads)
+        return replace(product_of(value.weave, parameters=known), equilibrium=value)
     if isinstance(value, Weave):
         known.update(rod_diameter=value.rod_diameter, material=value.material.name, over_under=value.over_under)
         return replace(product_of(value.lattice, strands=value.strands, parameters=known), weave=value)

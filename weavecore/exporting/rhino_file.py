@@ -14,6 +14,7 @@ import hashlib
 import numpy as np
 
 from weavecore.exporting.product import Product, polygons_of, strand_lengths
+from weavecore.exporting.relaxed import add_relaxed
 from weavecore.exporting.rhino_document import Document
 from weavecore.exporting.woven import add_rods
 from weavecore.geometry.arrays import Floats
@@ -39,6 +40,8 @@ def encode_3dm(product: Product) -> bytes:
             _add_strands(document, product.strands, product.lattice)
         if product.weave is not None:
             add_rods(document, product.weave)
+        if product.equilibrium is not None:
+            add_relaxed(document, product.equilibrium)
         texts = {"pattern": product.lattice.pattern, "edge_length": product.lattice.edge_length}
         document.add_points(product.lattice.nodes, document.layer("weave::nodes", NODES), "nodes", texts)
         _add_faces(document, product, "lattice", "lattice")

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Union
 
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.polygon_mesh import fan_triangles
-from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
-from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN, latitude_colours
+from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Equilibrium, Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN, latitude_colours, utilisation_colours
 from weavecore.viewing.outlines import outlines_of
 
 _ROD_OF_SPACING = 0.075
@@ -21,10 +21,13 @@ _BORDER_SWELL, _LONGITUDE_SWELL = 1.45, 0.7
 _STEP_OF_EDGE = 0.08
 """Rods of a weave are drawn in straight pieces of this part of an edge."""
 
+_DRAWN_THIN = 0.4
+"""How much thinner the drawn rods are than those at rest."""
+
 _LAYERS_BACK = 4.0
 """How many rods could lie between the surface and those that are seen."""
 
-Drawable = Union[SurfaceMesh, Latitudes, Lattice, Weave]
+Drawable = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +74,8 @@ def scene_of(value: Drawable) -> Scene:
         return _of_surface(value)
     if isinstance(value, Latitudes):
         return _of_latitudes(value)
+    if isinstance(value, Equilibrium):
+        return _of_equilibrium(value)
     return _of_weave(value) if isinstance(value, Weave) else _of_lattice(value)
 
 
@@ -161,6 +166,25 @@ def _of_weave(weave: Weave) -> Scene:
         np.full(len(start), weave.rod_diameter / 2.0),
         outlines_of(lattice.latitudes.surface).points,
         set_back=_LAYERS_BACK * weave.rod_diameter,
+    )
+
+
+def _of_equilibrium(equilibrium: Equilibrium) -> Scene:
+    """The rods at rest, coloured by utilisation, and the drawn ones in grey; the surface is where it was drawn."""
+    weave = equilibrium.weave
+    after = next_in_loop(equilibrium.offsets)
+    goes_on = weave.strands.closed[equilibrium.rod] | (after > np.arange(len(after)))
+    start, stop = np.flatnonzero(goes_on), after[goes_on]
+    used = np.maximum(equilibrium.utilisation[start], equilibrium.utilisation[stop])
+    scene = _of_weave(weave)
+    grey = np.tile(np.array(SELVEDGES, float), (len(start), 1))
+    radius = np.full(len(start), weave.rod_diameter / 2.0)
+    return replace(
+        scene,
+        starts=np.concatenate([equilibrium.points[start], equilibrium.drawn[start]]),
+        ends=np.concatenate([equilibrium.points[stop], equilibrium.drawn[stop]]),
+        colours=np.concatenate([utilisation_colours(used).astype(float), grey]),
+        radius=np.concatenate([radius, _DRAWN_THIN * radius]),
     )
 
 
