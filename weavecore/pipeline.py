@@ -9,9 +9,15 @@ from typing import Any, Callable, Optional, Union
 from weavecore.errors import Unsupported
 from weavecore.exporting.product import StageValue
 from weavecore.exporting.registry import encode, writer_for
-from weavecore.fabricating.workshop_folder import NAMES, Fabrication, check_libraries, describe_fabrication, fabricate_weave
-from weavecore.fabricating.plan import Workshop
 from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop_folder import (
+    NAMES,
+    Fabrication,
+    check_libraries,
+    describe_fabrication,
+    fabricate_weave,
+)
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern
 from weavecore.model import Equilibrium, Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
@@ -27,7 +33,13 @@ from weavecore.units import millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.document import encode_page
 from weavecore.viewing.picture import encode_picture
-from weavecore.viewing.summary import describe_equilibrium, describe_latitudes, describe_lattice, describe_surface, describe_weave
+from weavecore.viewing.summary import (
+    describe_equilibrium,
+    describe_latitudes,
+    describe_lattice,
+    describe_surface,
+    describe_weave,
+)
 from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice

@@ -17,15 +17,20 @@ def simulate(
         typer.Argument(metavar="RESULT.json", help="What weavecore weave --json wrote.", callback=ends_with(".json")),
     ],
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="RELAXED.json", help="The result with its equilibrium: .json or .3dm.")
+        Path,
+        typer.Option("-o", "--out", metavar="RELAXED.json", help="The result with its equilibrium: .json or .3dm."),
     ],
     supports: Annotated[
         str,
-        typer.Option(metavar="SUPPORTS", help="borders, none, or a .3dm or .csv with curves that nodes are held along."),
+        typer.Option(
+            metavar="SUPPORTS", help="borders, none, or a .3dm or .csv with curves that nodes are held along."
+        ),
     ] = "borders",
     gravity: Annotated[
         Optional[bool],
-        typer.Option("--gravity/--no-gravity", help="Weight of the rods along -z; by default where there are supports."),
+        typer.Option(
+            "--gravity/--no-gravity", help="Weight of the rods along -z; by default where there are supports."
+        ),
     ] = None,
     pressure: Annotated[float, typer.Option(metavar="PA", help="Pressure on the surface from outside, in Pa.")] = 0.0,
     segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,

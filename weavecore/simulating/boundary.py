@@ -65,7 +65,7 @@ def supported_nodes(weave: Weave, supports: Supports) -> Bools:
     ------
     Unsupported
     """
-    held = np.zeros(weave.lattice.n_nodes, bool)
+    held = np.zeros(weave.lattice.n_nodes, np.bool_)
     if isinstance(supports, str):
         if supports not in (NONE, BORDERS):
             raise Unsupported(
@@ -83,7 +83,7 @@ def supported_nodes(weave: Weave, supports: Supports) -> Bools:
         if len(line) == 1:
             held[cKDTree(nodes).query(line[0])[1]] = True
         else:
-            near = cKDTree(_sampled(line, reach / 8)).query(nodes)[0] <= reach
+            near = np.asarray(cKDTree(_sampled(line, reach / 8)).query(nodes)[0]) <= reach
             if not near.any():
                 raise Unsupported("A support curve passes no node", remedy="Draw it on the surface that is woven.")
             held |= near
@@ -116,7 +116,9 @@ def node_areas(weave: Weave) -> Floats:
     """(N, 3) area vectors of the nodes: each face's, out of the surface, in equal parts to its corners."""
     lattice = weave.lattice
     face = rows_of(lattice.face_offsets)
-    corner, after = (lattice.nodes[n] for n in (lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)]))
+    corner, after = (
+        lattice.nodes[n] for n in (lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)])
+    )
     origin = corner[lattice.face_offsets[:-1]][face]
     area = np.add.reduceat(np.cross(corner - origin, after - origin) / 2, lattice.face_offsets[:-1], axis=0)
     part = (area / np.diff(lattice.face_offsets)[:, None])[face]

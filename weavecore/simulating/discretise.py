@@ -1,8 +1,8 @@
 """From the axes of a weave to points, segments and ties.
 
-Between two joints an axis is cut at equal steps of its parameter.  A segment's rest length is its chord, times the ratio
-of the mark's distance to the drawn one: so a weave that is cut as drawn begins without axial force, and what is left of the
-finite length of segments is of second order.  Points are numbered along the rods, one rod after the other.
+Between two joints an axis is cut at equal steps of its parameter.  A segment's rest length is its chord, times the
+ratio of the mark's distance to the drawn one: so a weave that is cut as drawn begins without axial force, and the error
+of segments of finite length is of second order.  Points are numbered along the rods, one rod after the other.
 """
 
 from __future__ import annotations
@@ -86,7 +86,8 @@ class RodPoints:
     @cached_property
     def widths(self) -> Floats:
         """(n,) half the rest lengths of the segments at each point."""
-        widths: Floats = np.bincount(self.segments.ravel(), np.repeat(self.rest_lengths / 2, 2), len(self.points))
+        half = np.repeat(self.rest_lengths / 2, 2)
+        widths: Floats = np.bincount(self.segments.ravel(), half, len(self.points)).astype(np.float64)
         return widths
 
     @cached_property

@@ -14,7 +14,7 @@ points beside the tied ones, so the couple of a force across the gap reaches the
 changes no energy.  Rods may turn about the gap as scissors do.
 
 Stretch and ties are stiff *constraints* ``c`` with a force ``m = s (c - r)``.  Their Hessian is
-``s dc dc^T + m ddc``; `weavecore.simulating.equilibrium` passes forces of its own for ``m``.  Units are SI.  All is
+``s dc dc^T + m ddc``; `weavecore.simulating.newton` passes forces of its own for ``m``.  Units are SI.  All is
 linear in the number of elements.
 """
 
@@ -103,7 +103,8 @@ def normalised(vectors: Floats) -> tuple[Floats, Floats]:
 
 def projectors(unit: Floats) -> Floats:
     """(n, 3, 3) projections onto the planes that are normal to unit vectors."""
-    return _IDENTITY - outer(unit, unit)
+    across: Floats = _IDENTITY - outer(unit, unit)
+    return across
 
 
 def half_angle_tangents(x: Floats, bends: Bends) -> Floats:
@@ -112,7 +113,8 @@ def half_angle_tangents(x: Floats, bends: Bends) -> Floats:
     _, e = normalised(x[j] - x[i])
     _, f = normalised(x[k] - x[j])
     across, along = np.linalg.norm(e - f, axis=1), np.linalg.norm(e + f, axis=1)
-    return 2.0 * across / along
+    tangents: Floats = 2.0 * across / along
+    return tangents
 
 
 def bend_gradient(x: Floats, bends: Bends) -> tuple[Floats, Floats]:
@@ -159,9 +161,9 @@ def stretch_hessian(x: Floats, stretches: Stretches, force: Optional[Floats] = N
     """(M, 1, 1, 3, 3) second derivatives by the segments' vectors, with axial forces of one's own where given."""
     a, b = stretches.points.T
     length, unit = normalised(x[b] - x[a])
-    force = stretches.stiffness * (length - stretches.rest) if force is None else force
+    axial: Floats = stretches.stiffness * (length - stretches.rest) if force is None else force
     dyad = outer(unit, unit)
-    geometric = (force / length)[:, None, None] * (_IDENTITY - dyad)
+    geometric = (axial / length)[:, None, None] * (_IDENTITY - dyad)
     blocks: Floats = (stretches.stiffness[:, None, None] * dyad + geometric)[:, None, None]
     return blocks
 

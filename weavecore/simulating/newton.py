@@ -1,22 +1,25 @@
 """Newton's method for stiff rods: the equilibrium of a `Structure`, and whether it is stable.
 
-A rod is some thousand times stiffer along its axis than across it.  Plain Newton then creeps: each step across stretches
-the segments to second order, and the axial forces of that error spoil the next Hessian.  The *mixed* method (Magisano,
+A rod is some thousand times stiffer along its axis than across it.  Plain Newton creeps: a step across stretches the
+segments to second order, and the axial forces of that error spoil the next Hessian.  The *mixed* method (Magisano,
 Leonetti and Garcea 2017, "How to improve efficiency and robustness of the Newton method in geometrically non-linear
-structural problem discretized via displacement-based finite elements", CMAME 313) takes the forces ``m`` of the stiff
-elements as unknowns of their own and eliminates them again::
+structural problem discretized via displacement-based finite elements", CMAME 313, 986-1005) takes the forces ``m`` of
+the stiff elements as unknowns of their own and eliminates them again::
 
     H(x, m) dx = -grad E(x),    H = K_bend + sum s dc dc^T + m ddc        x <- x + dx
     m <- s (c(x) + dc . dx - r)                                        forces by the linear elongations
 
 It costs the same, ends in the same equilibria, and takes 5 to 15 steps where plain Newton takes a hundred.  Where H is
-not positive definite, ``H + t (H+ - H)`` takes its place, H+ with the negative eigenvalues of each element left out, with
-a small ``t`` that suffices.  A step turns no segment by more than 0.3 radians, is corrected for what it stretched (two
-more solutions with the same factors), and is halved until the energy is no higher than that of the last few states (Grippo,
-Lampariello and Lucidi 1986).
+not positive definite, ``H + t (H+ - H)`` takes its place, with the least of a few ``t`` that makes it so; H+ is H
+without the negative eigenvalues of each element.  No segment turns by more than 0.3 radians in a step.
 
-SuperLU in its symmetric mode with no pivoting gives the inertia by the signs of U's diagonal (Sylvester).  The
-factorisation dominates, O(n^1.5) for rods on a surface.
+The energy may rise for some steps on a good way.  Where it stays above its least value, the search goes back there (the
+watchdog of Chamberlain, Powell, Lemarechal and Pedersen 1982) and is careful for a while: steps are corrected for
+what they stretched, by the same factors, and halved until the energy is no higher than that of the last few states
+(Grippo, Lampariello and Lucidi 1986).
+
+SuperLU in its symmetric mode without pivoting gives the inertia by the signs of U's diagonal (Sylvester).  The
+factorisation dominates: O(n^1.5) for rods on a surface.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ from scipy.sparse import csc_matrix, identity
 from scipy.sparse.linalg import splu
 
 from weavecore.geometry.arrays import Floats
-from weavecore.simulating.structure import Forces, Structure
+from weavecore.simulating.structure import Structure
 
 Progress = Callable[[float, str], None]
 
@@ -38,8 +41,8 @@ _TURN = 0.3
 """No segment turns by more than this, in radians, in one step: the linear elongations hold up to there."""
 
 _SHIFT = 1e-10
-"""Added to the diagonal, against the bending stiffness of a median segment: rods that are free to move about as a whole do
-not move, and all others as good as unhindered."""
+"""Added to the diagonal, against the bending stiffness of a median segment: rods that are free to move as a whole stay
+where they are, and all others move as good as unhindered."""
 
 _STEP_DONE = 1e-7
 """Done when no point moves by more than this part of a median segment; the last steps converge quadratically."""
@@ -52,7 +55,7 @@ _PATIENCE, _CAUTION = 5, 8
 as many, and so on."""
 
 _MEMORY = 3
-"""The energy may rise to the highest of so many states: on a good way it does, as stretching is put right one step later."""
+"""The energy may rise to the highest of so many states: it does on a good way, which puts right later what it stretched."""
 
 _MOST_HALVINGS = 12
 _GOOD_PART = 0.3
@@ -145,7 +148,7 @@ class _Path:
         self._careful, self._caution = 0, _CAUTION
 
     def advance(self) -> float:
-        """Take one step; return the largest move that Newton asked for, in median segments, or infinity if it failed."""
+        """Take one step; return the largest move of the whole step in median segments, infinite where none was found."""
         structure, rest = self.structure, self.structure.stretches.rest
         gradient = structure.gradient(self.x)
         factors = self._factors()
@@ -180,7 +183,7 @@ class _Path:
         self.x, self.energy = x, energy
 
     def _search(self, factors: Any, gradient: Floats, part: float, step: Floats) -> bool:
-        """Take a part of the step that does not raise the energy above that of the last states; whether there is one."""
+        """Take a part of the step that does not raise the energy above the last states'; whether there is one."""
         for _ in range(_MOST_HALVINGS):
             x, energy = self._corrected(factors, gradient, part, step)
             if energy <= self.bound:

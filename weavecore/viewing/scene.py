@@ -27,7 +27,8 @@ _DRAWN_THIN = 0.4
 _LAYERS_BACK = 4.0
 """How many rods could lie between the surface and those that are seen."""
 
-Drawable = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
+Drawable = Union[SurfaceMesh, Latitudes, Lattice, Weave]
+Pictured = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class Scene:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
 
-def scene_of(value: Drawable) -> Scene:
+def scene_of(value: Pictured) -> Scene:
     """The scene of a stage's result."""
     if isinstance(value, SurfaceMesh):
         return _of_surface(value)
