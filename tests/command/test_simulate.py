@@ -13,7 +13,7 @@ Run = Callable[..., Any]
 
 @pytest.fixture
 def woven(run: Run, folder: Path) -> Path:
-    assert run("weave", "tube.3dm", "--json", "woven.json", "--pattern", "plain", "-q").status == 0
+    assert run("weave", "tube.3dm", "--json", "woven.json", "-q").status == 0
     return folder / "woven.json"
 
 

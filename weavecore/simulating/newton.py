@@ -36,7 +36,7 @@ from weavecore.simulating.structure import Structure
 
 Progress = Callable[[float, str], None]
 
-_MOST_STEPS = 200
+_MOST_STEPS = 120
 _TURN = 0.3
 """No segment turns by more than this, in radians, in one step: the linear elongations hold up to there."""
 
@@ -51,11 +51,11 @@ _CORRECTIONS = 2
 """Second-order corrections of each trial step, by the same factors: they take out what it stretched."""
 
 _PATIENCE, _CAUTION = 5, 8
-"""After so many steps above the least energy the search goes back there, and is careful for so many steps: then for twice
-as many, and so on."""
+"""After so many steps above the least energy the search goes back there, and is careful for so many steps: the next
+time for twice as many."""
 
 _MEMORY = 3
-"""The energy may rise to the highest of so many states: it does on a good way, which puts right later what it stretched."""
+"""The energy may rise to the highest of so many states: it does on a good way, where the next step undoes what one stretched."""
 
 _MOST_HALVINGS = 12
 _GOOD_PART = 0.3
@@ -148,7 +148,7 @@ class _Path:
         self._careful, self._caution = 0, _CAUTION
 
     def advance(self) -> float:
-        """Take one step; return the largest move of the whole step in median segments, infinite where none was found."""
+        """Take one step; return the largest move of a whole step in median segments, infinite where none was found."""
         structure, rest = self.structure, self.structure.stretches.rest
         gradient = structure.gradient(self.x)
         factors = self._factors()
