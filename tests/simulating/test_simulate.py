@@ -77,7 +77,7 @@ def test_pressure_pushes_against_the_normals_and_a_force_where_it_acts() -> None
     pulled = pipeline.simulate(tube(), gravity=False, forces=[(nodes[node], (3.0, 0.0, 0.0))])
     visits = np.flatnonzero(tube().strands.nodes == node)
     moved = (pulled.points - rest.points)[rest.point_of_visit[visits]]
-    assert moved[:, 0].min() > 0.05
+    assert moved[:, 0].min() > 0.02
     assert pulled.reaction.sum(0) == pytest.approx([-3.0, 0.0, 0.0], abs=1e-5)
 
 

@@ -187,7 +187,7 @@ def tie_hessian(x: Floats, ties: Ties, force: Optional[Floats] = None) -> Floats
     force = ties.stiffness * (values - ties.rest) if force is None else force
     flat = slopes.reshape(len(slopes), 3, 9)
     full = np.einsum("nk,nki,nkj->nij", ties.stiffness, flat, flat, optimize=True)
-    blocks = full.reshape(-1, 3, 3, 3, 3).transpose(0, 1, 3, 2, 4).copy()
+    blocks: Floats = full.reshape(-1, 3, 3, 3, 3).transpose(0, 1, 3, 2, 4).copy()
     gap, *rods = _tie_vectors(x, ties.points)
     distance, unit = normalised(gap)
     blocks[:, 0, 0] += (force[:, 0] / distance)[:, None, None] * projectors(unit)

@@ -55,7 +55,7 @@ _PATIENCE, _CAUTION = 5, 8
 time for twice as many."""
 
 _MEMORY = 3
-"""The energy may rise to the highest of so many states: it does on a good way, where the next step undoes what one stretched."""
+"""The energy may rise to the highest of so many states: on a good way, the next step undoes what one stretched."""
 
 _MOST_HALVINGS = 12
 _GOOD_PART = 0.3
@@ -64,8 +64,11 @@ _GOOD_PART = 0.3
 _ROUNDING = 1e-12
 """Energy may rise by this part of the elastic one: it is no more exact."""
 
-_EASING, _LEAST_BLEND = 1 / 3, 0.02
+_EASING, _LEAST_BLEND = 0.4, 0.02
 """The part of convexity that is tried is so much of the last one, or none below the other."""
+
+_FAR = 2.0
+"""A convex step that would turn a segment by more than so many times the limit asks for more convexity."""
 
 _FIRST_BLEND, _AGAIN = 0.1, 4.0
 """Where none does not suffice, the first is tried, then so many times more."""
@@ -151,11 +154,8 @@ class _Path:
         """Take one step; return the largest move of a whole step in median segments, infinite where none was found."""
         structure, rest = self.structure, self.structure.stretches.rest
         gradient = structure.gradient(self.x)
-        factors = self._factors()
-        step = self._solve(factors, -gradient)
+        factors, step, turn = self._step(gradient)
         size = float(np.abs(step).max() / np.median(rest))
-        a, b = structure.stretches.points.T
-        turn = float((np.linalg.norm(step[b] - step[a], axis=1) / rest).max())
         part = min(1.0, _TURN / max(turn, np.finfo(float).tiny))
         if self._careful > 0:
             self._careful -= 1
@@ -227,19 +227,26 @@ class _Path:
         moved[self.structure.free] = factors.solve(force.ravel()[self.structure.free])
         return moved.reshape(-1, 3)
 
-    def _factors(self) -> Any:
-        """Factors of a Hessian that is positive definite."""
+    def _step(self, gradient: Floats) -> tuple[Any, Floats, float]:
+        """Factors of a Hessian that is positive definite, the step by it, and its largest turn of a segment."""
         exact = self.structure.hessian(self.x, self.forces)
         blend = min(1.0, self.blend * _EASING)
         blend = blend if blend > _LEAST_BLEND else 0.0
         convex: Optional[csc_matrix] = None
+        a, b = self.structure.stretches.points.T
         while True:
             hessian = exact
             if blend > 0.0:
                 convex = self.structure.hessian(self.x, self.forces, convex=True) if convex is None else convex
                 hessian = exact * (1.0 - blend) + convex * blend
             factors, n_negative = factorised(self.structure, hessian)
-            if n_negative == 0 or blend >= 1.0:
+            step = self._solve(factors, -gradient)
+            turn = float((np.linalg.norm(step[b] - step[a], axis=1) / self.structure.stretches.rest).max())
+            # Nearly singular is no better than indefinite: the step would leave what the Hessian describes.
+            is_good = n_negative == 0 and (blend == 0.0 or turn < _FAR * _TURN)
+            if is_good or blend >= 1.0:
                 self.blend = blend
-                return factors
-            blend = min(1.0, max(_AGAIN * blend, _FIRST_BLEND))
+                return factors, step, turn
+            blend = (
+                min(1.0, self.blend) if blend < min(1.0, self.blend) else min(1.0, max(_AGAIN * blend, _FIRST_BLEND))
+            )
