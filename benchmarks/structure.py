@@ -1,8 +1,8 @@
 """The structural stage on all samples: ``python benchmarks/structure.py [SAMPLE…] [--segments N]`` prints a table.
 
 Each sample is woven in three patterns with the options that are suggested, and comes to rest twice: with its borders
-held under its own weight, and released without supports or loads.  Departure is in millimetres, of the nodes; a share is
-of the diagonal of the bounding box.  A row that did not converge says how far it came.
+held under its own weight, and released without supports or loads.  Departure is of the nodes, in millimetres; its share
+is the mean over the diagonal of the bounding box.  A row that did not converge gives the residual force.
 """
 
 from __future__ import annotations
