@@ -1,11 +1,11 @@
-"""Offset the samples from chosen borders only, by both methods, and tell how they agree and which is right.
+"""Offset the samples from chosen borders only, by both methods, and compare the results with the exact distance.
 
     pip install -e ".[bench]"
     python benchmarks/chosen_borders.py
 
-Distances start at the first border; of a surface that has no other they start at half of it.  The other borders, or the
-other half, cut the polylines.  The error is that of the points of the polylines, off the ridges, against an exact
-polyhedral solver, in percent of the spacing.
+Distances start at the first border, or at half of the only one.  The others, or the other half, are free borders, which
+cut the polylines.  The error is that of the points of the polylines, off the cut locus, against an exact polyhedral
+solver, in percent of the spacing.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from comparing import AGREED, compare
-from fronts import METHODS, SAMPLES, error_of, timed, told
+from fronts import METHODS, SAMPLES, error_of, format_error, timed
 from weavecore import pipeline
 from weavecore.model import SurfaceMesh
 from weavecore.model.surface import Origins
@@ -48,7 +48,7 @@ def main() -> None:
 
 
 def start_partly(surface: SurfaceMesh) -> tuple[SurfaceMesh, str]:
-    """The surface from whose first border distances start, or from half of its only one; and what was chosen."""
+    """The surface with distances from its first border, or from half of its only one; and a name for the choice."""
     border = surface.borders[0]
     if len(surface.borders) > 1:
         return replace(surface, starts=Origins((border,), np.array([True]))), f"one border of {len(surface.borders)}"
@@ -71,7 +71,7 @@ def row_of(file: Path, surface: SurfaceMesh, chosen: str) -> str:
         f"{(~fronts.polylines.closed).sum()}",
         f"{100 * found.mean:.2f}",
         f"{100 * found.apart:.2f}",
-        *(told(error_of(latitudes)) for latitudes in (levels, fronts)),
+        *(format_error(error_of(latitudes)) for latitudes in (levels, fronts)),
         *(f"{s:.2f}" for s in seconds),
     ]
     return "| " + " | ".join(cells) + " |"

@@ -1,12 +1,12 @@
-"""Offset every sample by both methods, and tell how they agree.
+"""Offset every sample by both methods, and compare the results.
 
     pip install -e ".[bench]"
     python benchmarks/fronts.py                          # prints the tables
-    python benchmarks/fronts.py --write docs/methods.md  # and keeps them
-    python benchmarks/fronts.py FILE...                  # other surfaces, as many as you like
+    python benchmarks/fronts.py --write docs/methods.md  # and writes them to a file
+    python benchmarks/fronts.py FILE...                  # other surfaces
 
-Both methods get the same spacing.  The error is that of the points of the polylines, off the ridges, against an
-exact polyhedral solver, in parts of the spacing.
+Both methods get the same spacing.  The error is that of the points of the polylines, off the cut locus, against an
+exact polyhedral solver, in percent of the spacing.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ COLUMNS = (
     "same parents",
     "mean",
     "farthest",
-    "farthest but for tongues",
+    "farthest outside tongues",
     f"length further than {AGREED:.0%}",
 )
 
 
 def main() -> None:
     """Run the comparison as the command line says."""
-    parser = argparse.ArgumentParser(description="How both methods of the offset agree.")
+    parser = argparse.ArgumentParser(description="Compare both methods of the offset.")
     parser.add_argument("files", type=Path, nargs="*", default=sorted(SAMPLES.glob("*.3dm")))
-    parser.add_argument("--write", type=Path, help="a Markdown file to keep the tables in")
+    parser.add_argument("--write", type=Path, help="Markdown file to write the tables to")
     options = parser.parse_args()
     text = report(options.files)
     print(text)
@@ -57,7 +57,7 @@ def report(files: list[Path]) -> str:
         f"| {' | '.join(COLUMNS)} |",
         "|---" * len(COLUMNS) + "|",
     ]
-    quality = ["| surface | error of levels: mean / p99 | of fronts | seconds: levels | fronts | promises |"]
+    quality = ["| surface | error of levels: mean / p99 | of fronts | seconds: levels | fronts | checks |"]
     quality += ["|---" * 6 + "|"]
     for file in files:
         surface = pipeline.read_surface(file)
@@ -65,8 +65,8 @@ def report(files: list[Path]) -> str:
         results, seconds = zip(*(timed(surface, spacing, method) for method in METHODS))
         agreement.append(row_of_agreement(file.stem, results[0], compare(*results)))
         errors = [error_of(latitudes) for latitudes in results]
-        holds = ", ".join("kept" if validate(latitudes).holds else "broken" for latitudes in results)
-        cells = [*map(told, errors), *(f"{s:.2f}" for s in seconds), holds]
+        checks = ", ".join("pass" if validate(latitudes).holds else "FAIL" for latitudes in results)
+        cells = [*map(format_error, errors), *(f"{s:.2f}" for s in seconds), checks]
         quality.append(f"| {file.stem} | " + " | ".join(cells) + " |")
     return "\n".join([*HEADING, *agreement, "", *EXPLANATION, "", *quality, "", *FOOT])
 
@@ -93,13 +93,13 @@ def row_of_agreement(name: str, latitudes: Latitudes, found: Comparison) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def told(error: tuple[float, float] | None) -> str:
+def format_error(error: tuple[float, float] | None) -> str:
     """Mean and 99th percentile as text."""
     return "–" if error is None else f"{error[0]:.3f} / {error[1]:.2f}"
 
 
 def error_of(latitudes: Latitudes) -> tuple[float, float] | None:
-    """Mean and 99th percentile of the error off the ridges, in percent of the spacing; None where there are cuts."""
+    """Mean and 99th percentile of the error off the cut locus, in percent of the spacing; None where there are cuts."""
     surface, lines = latitudes.surface, latitudes.polylines
     if surface.cuts:
         return None
@@ -112,10 +112,10 @@ def error_of(latitudes: Latitudes) -> tuple[float, float] | None:
 
 
 HEADING = [
-    "# Two methods, each the other's check",
+    "# The two methods compared",
     "",
-    "Printed by `python benchmarks/fronts.py`, which also says what is measured and how.  How the methods work is",
-    "told in [offset.md](offset.md) (levels) and [fronts.md](fronts.md) (fronts, the paper's own).",
+    "Printed by `python benchmarks/fronts.py`, which also says what is measured and how.  The methods are described",
+    "in [offset.md](offset.md) (levels) and [fronts.md](fronts.md) (fronts, the paper's front propagation).",
     "",
     "Distances are those between the polylines of one generation, from either side, in percent of the spacing.",
     "",
@@ -126,15 +126,15 @@ EXPLANATION = [
     "- *levels* has its points on the edges of the mesh, so it cuts such a corner short within a face; *fronts* has",
     "  a point at the corner itself.",
     "- *levels* cuts off tongues and necks less than 6% of the spacing wide; *fronts* keeps them.  (Here a tongue is",
-    f"  where two strands of a generation face each other over less than {NARROW:.0%}.)",
+    f"  where two branches of a generation face each other over less than {NARROW:.0%}.)",
     "",
     "For the same reason, at another spacing, a neck of less than that width may be open by one method and closed by",
     "the other.  A pocket about as deep as the least cap (4% of the spacing) may have a ring by one and none by the",
-    "other: *levels* takes its depth at vertices, *fronts* offsets it by the least cap and looks for what is left.",
+    "other: *levels* takes its depth at vertices, *fronts* offsets it by the least cap and tests whether it vanishes.",
 ]
 FOOT = [
-    "The error is in percent of the spacing, off the ridges; it is not taken on surfaces that were cut.  *Promises*",
-    "are the findings of `weavecore.validate`.",
+    "The error is in percent of the spacing, off the cut locus; it is not measured on surfaces that were cut.",
+    "*Checks* are those of `weavecore.validate`.",
 ]
 
 if __name__ == "__main__":

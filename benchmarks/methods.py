@@ -1,4 +1,4 @@
-"""The methods that are compared: each goes from a mesh to the levels of its distance from the borders."""
+"""Adapters of the methods that are compared: from a mesh to the levels of its distance from the borders."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from weavecore.offsetting.level_sets import offset_levels
 
 @dataclass(frozen=True)
 class Run:
-    """Processor seconds, and where the levels came to lie."""
+    """Processor seconds, and places on the levels."""
 
     seconds: float
     places: Callable[[], Places]
 
 
 def run_weavecore(vertices: np.ndarray, faces: np.ndarray, spacing: float) -> Run:
-    """The surface with all its checks, the distance, the polylines, the bands and the parents."""
+    """Everything from the checks of the surface to the polylines, bands and parents."""
     begin = time.process_time()
     surface = SurfaceMesh(vertices, faces)
     latitudes = offset_levels(surface, spacing=spacing)
@@ -33,7 +33,7 @@ def run_weavecore(vertices: np.ndarray, faces: np.ndarray, spacing: float) -> Ru
         polylines = latitudes.polylines
         inner = latitudes.generation[polylines.owner] > 0
         distance = latitudes.distance[polylines.owner]
-        on = latitudes.surface  # finer than what was given, where that was too coarse for the spacing
+        on = latitudes.surface  # refined, where the given mesh was too coarse for the spacing
         return Places(on.vertices, on.faces, polylines.face[inner], polylines.barycentric[inner], distance[inner])
 
     return Run(end - begin, places)

@@ -7,39 +7,40 @@ import numpy as np
 from flat_fields import flat_surface
 from planar_meshes import rectangle
 from weavecore.geometry.arrays import offsets_of
-from weavecore.offsetting.propagation.chords import lay_chords
-from weavecore.offsetting.propagation.curves import Curves, Ground, next_along
+from weavecore.offsetting.propagation.chords import embed_chords
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.surface_curves import SurfaceCurves, next_along
 
 
-def square_ground(size=10.0, edge=0.4):
-    return Ground(flat_surface([rectangle(size, size)], edge))
+def square_domain(size=10.0, edge=0.4):
+    return Domain(flat_surface([rectangle(size, size)], edge))
 
 
-def draw(ground, *loops):
-    """Curves through the points (n, 2) of loops, in the unit and about the middle of the ground."""
-    return _draw(ground, loops, is_closed=True)
+def draw(domain, *loops):
+    """Curves through the points (n, 2) of loops, in the unit and about the centroid of the domain."""
+    return _draw(domain, loops, is_closed=True)
 
 
-def draw_open(ground, *paths):
+def draw_open(domain, *paths):
     """The same, from the first to the last point of paths."""
-    return _draw(ground, paths, is_closed=False)
+    return _draw(domain, paths, is_closed=False)
 
 
-def _draw(ground, paths, *, is_closed):
+def _draw(domain, paths, *, is_closed):
     points = np.concatenate([np.c_[path, np.zeros(len(path))] for path in paths])
-    face, weights = place(ground, points)
+    face, weights = place(domain, points)
     offsets, closed = offsets_of([len(path) for path in paths]), np.full(len(paths), is_closed)
     after = next_along(offsets, closed)
-    chord, face, start, end = lay_chords(ground, face, weights, face[after], weights[after])
+    chord, face, start, end = embed_chords(domain, face, weights, face[after], weights[after])
     is_vertex = np.r_[True, chord[1:] != chord[:-1]]
     owner = np.repeat(np.arange(len(paths)), np.diff(offsets))[chord]
     counts = offsets_of(np.bincount(owner, minlength=len(paths)))
-    return Curves(counts, closed, face, start, end, is_vertex, is_vertex & False, ground.points(face, start))
+    return SurfaceCurves(counts, closed, face, start, end, is_vertex, is_vertex & False, domain.points(face, start))
 
 
-def place(ground, points):
+def place(domain, points):
     """Face and barycentric coordinates of points of a plane mesh."""
-    corners = ground.vertices[ground.faces][:, :, :2]
+    corners = domain.vertices[domain.faces][:, :, :2]
     face = np.empty(len(points), np.int64)
     weights = np.empty((len(points), 3))
     for k, point in enumerate(points[:, :2]):

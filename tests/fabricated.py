@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from weavecore.fabricating.csv_tables import ReadTable, Source, read_table
-from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import Fabrication, fabricate_weave
 from weavecore.model import Weave
 from weavecore.weaving.sequence import find_sequence

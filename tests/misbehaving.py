@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import ctypes
 import os
+import pickle
+import stat
+import struct
 import time
 from typing import Any
 
 import numpy as np
 
 from weavecore.errors import NonManifold
+from weavecore.units import Length
 
 
 def well(n: int, *, progress: Any) -> np.ndarray:
@@ -28,12 +32,66 @@ def refuse(*, progress: Any) -> None:
     raise NonManifold("Two sheets touch", remedy="Pull them apart.", ids=[3, 5], kind="vertex")
 
 
+def refuse_many(n: int, *, progress: Any) -> None:
+    raise NonManifold("Sheets touch", remedy="Pull them apart.", ids=range(n), kind="vertex")
+
+
+def refuse_layer(*, progress: Any) -> None:
+    raise NonManifold("Sheets touch", remedy="Pull them apart.", ids=["Shell", 2], kind="layer")
+
+
+def run_out_of_memory(*, progress: Any) -> None:
+    raise MemoryError
+
+
+def miss_a_library(*, progress: Any) -> None:
+    import no_such_library  # noqa: F401
+
+
+def length(*, progress: Any) -> Length:
+    return Length(2.5, "Meters")
+
+
 def fail(*, progress: Any) -> None:
     raise ZeroDivisionError("nothing to divide")
 
 
 def crash(*, progress: Any) -> None:
     ctypes.string_at(0)
+
+
+def be_killed(number: int, *, progress: Any) -> None:
+    os.kill(os.getpid(), number)
+    time.sleep(600)
+
+
+def leave(*, progress: Any) -> None:
+    os._exit(3)
+
+
+def answer_wrongly(way: str, *, progress: Any) -> None:
+    """Write what is not a message, to wherever the messages go."""
+    answers = {
+        "length": struct.pack("<cIQ", b"R", 4, 2**62) + b"null",
+        "pickle": pickle.dumps((b"R", "result")),
+        "restart": struct.pack("<cIQ", b"S", 4, 0) + b"null",
+        "short": struct.pack("<cIQ", b"R", 100, 0) + b"null",
+    }
+    descriptor = next(i for i in range(3, 20) if _is_pipe(i))
+    os.write(descriptor, answers[way])
+    os._exit(0)
+
+
+def _is_pipe(descriptor: int) -> bool:
+    try:
+        return stat.S_ISFIFO(os.fstat(descriptor).st_mode)
+    except OSError:
+        return False
+
+
+def flood(*, progress: Any) -> None:
+    while True:
+        progress(0.5, "flood" * 1000)
 
 
 def spin(*, progress: Any) -> None:

@@ -23,7 +23,7 @@ WOVEN = {"L": (40, 72, 146), "A": (201, 122, 43), "B": (226, 176, 88), "P": POCK
 
 NODES = (60, 60, 66)
 SURFACE = (226, 220, 208)
-SELVEDGES = (128, 122, 116)
+FREE_BORDERS = (128, 122, 116)
 """Borders from which no distance starts."""
 
 

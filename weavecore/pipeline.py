@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
 from weavecore.errors import Unsupported
-from weavecore.exporting.product import StageValue
-from weavecore.exporting.registry import encode, writer_for
+from weavecore.exporting.product import Product, StageValue
+from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
-from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import (
     NAMES,
     Fabrication,
@@ -19,19 +19,19 @@ from weavecore.fabricating.workshop_folder import (
     fabricate_weave,
 )
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
-from weavecore.linking.link import link_pattern
+from weavecore.linking.link import link_pattern, spacing_for_edges
 from weavecore.model import Equilibrium, Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
-from weavecore.offsetting.spacing import Spacing, spacing_for_edges, suggest_spacing
+from weavecore.offsetting.spacing import Spacing, suggest_spacing
 from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.formats.result_json import read_weave
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.simulate import SEGMENTS, simulate_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
-from weavecore.viewing.page.document import encode_page
+from weavecore.viewing.page.html_page import encode_page
 from weavecore.viewing.picture import encode_picture
 from weavecore.viewing.summary import (
     describe_equilibrium,
@@ -123,18 +123,23 @@ def link(
     *,
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
+    free_rings: bool = False,
     progress: Optional[Progress] = None,
 ) -> Lattice:
-    """Divide the latitudes and bind them to a lattice (Yan et al. 2016, §5).
+    """Divide the latitudes, bind them to a lattice (Yan et al. 2016, §5), and smooth it so that rods bend little.
 
     Parameters
     ----------
     latitudes : Latitudes
     edge_length : float, optional
-        Length of an edge that is aimed at, in the model's unit; where it is not given, the one
-        that makes the pattern's faces regular at the spacing of the latitudes.
+        Length that the edges along the latitudes come near to, in the model's unit: those of the triangular lattice
+        from which a hexagonal, kagome or diagonal one is made.  By default the one that makes equilateral triangles,
+        or squares, at the spacing of the latitudes.
     pattern : str
         ``"triangular"``, ``"quad"``, ``"plain"``, ``"twill"``, ``"hexagonal"``, ``"kagome"`` or ``"diagonal"``.
+    free_rings : bool
+        Whether nodes may leave the latitudes where that lets rods bend less.  By default rings keep their exact
+        distance from the borders; the patterns hexagonal, kagome and diagonal have no rings to keep.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -146,7 +151,7 @@ def link(
     ------
     TooMuchWork, Unsupported
     """
-    return link_pattern(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+    return link_pattern(latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress)
 
 
 def weave(
@@ -163,7 +168,8 @@ def weave(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        In the model's unit; by default a 24th of the spacing, or of the mean edge where that is shorter.
+        In the model's unit; by default the thickest stock diameter in which nearly all rods can be bent to their
+        places.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
@@ -269,12 +275,12 @@ def export(
     """Write a stage's result by the ending of ``path``, whole or not at all.
 
     ``.3dm`` and ``.json`` hold every result, with the strands of a lattice; ``.obj``, ``.ply``, ``.off``
-    and ``.stl`` hold the faces of a surface or a lattice, and the rods of a weave as pipes; ``.png`` is a picture and
-    ``.html`` a page to look at the result in three dimensions, which opens offline.
+    and ``.stl`` hold the faces of a surface or a lattice, and the rods of a weave as pipes, but no equilibrium;
+    ``.png`` is a picture and ``.html`` a page to look at the result in three dimensions, which opens offline.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     path : path
     overwrite : bool
         Whether a file that is there already is replaced.
@@ -304,14 +310,7 @@ def export_together(
     for done, path in enumerate(targets):
         if progress:
             progress(done / len(targets), f"writing {Path(path).name}")
-        if _ends_with(path, PICTURE):
-            contents[path] = encode_picture(value)
-        elif _ends_with(path, PAGE):
-            shown = value.weave if isinstance(value, Equilibrium) else value
-            sequence = find_sequence(shown) if isinstance(shown, Weave) else None
-            contents[path] = encode_page(shown, strands=strands, sequence=sequence)
-        else:
-            contents[path] = encode(value, path, strands=strands, parameters=parameters)
+        contents[path] = encode(value, path, strands=strands, parameters=parameters)
     write_together(contents, overwrite=overwrite)
 
 
@@ -324,8 +323,7 @@ def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
     """
     targets = list(paths)
     for path in targets:
-        if not _ends_with(path, PICTURE, PAGE):
-            writer_for(path)
+        writer_for(path)
     check_targets(targets, overwrite=overwrite)
 
 
@@ -341,7 +339,7 @@ def draw_picture(
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     path : path
         Ends with ``.png``.
     size : (int, int)
@@ -356,7 +354,7 @@ def draw_picture(
     ------
     Unsupported, OutputExists, NotWritten
     """
-    if not _ends_with(path, PICTURE):
+    if Path(path).suffix.lower() != PICTURE:
         raise Unsupported(f"{path} has no ending of a picture", remedy=f"End the name with {PICTURE}.")
     check_targets([path], overwrite=overwrite)
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
@@ -436,5 +434,19 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
     return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)
 
 
-def _ends_with(path: PathLike, *endings: str) -> bool:
-    return Path(path).suffix.lower() in endings
+def _picture_of(product: Product) -> bytes:
+    return encode_picture(product.value)
+
+
+def _page_of(product: Product) -> bytes:
+    sequence = None if product.weave is None else find_sequence(product.weave)
+    strands = product.strands
+    if strands is None and product.lattice is not None:
+        strands = find_strands(product.lattice)
+    value = product.value
+    shown = value.weave if isinstance(value, Equilibrium) else value
+    return encode_page(shown, strands=strands, sequence=sequence)
+
+
+register_writer(PICTURE, _picture_of)
+register_writer(PAGE, _page_of)

@@ -1,28 +1,28 @@
-"""Named tolerances, one home.
+"""Named tolerances that several stages share.
 
-Lengths are relative to what each name says, so that nothing hangs on the model's unit.
+Each is a part of a length that its text names (an edge, the spacing), so that none depends on the model's unit.
 """
 
 LEVEL_FROM_VERTEX = 1e-4
-"""A polyline crosses an edge no nearer to its ends than this part of the edge."""
+"""Of an edge: a polyline crosses it no nearer to its ends.  Far above rounding, far below what can be seen."""
 
-LEAST_CAP = 0.04
-"""A child that encloses nothing deeper than this part of the spacing is dropped: keeping it
-would add a loop about a speck, dropping it leaves a gap of at most 1.04 spacings."""
+LEVEL_ROUNDING = 1e-9
+"""Of the spacing: a vertex so little below a level counts as on it, and so as beyond it."""
 
-LEAST_HEM = 0.35
-"""A polyline beyond which a selvedge follows nearer than this part of the spacing is left out."""
+MIN_CAP_RISE = 0.04
+"""Of the spacing: a child that encloses nothing deeper is dropped.  Keeping it would add a loop around a speck;
+dropping it leaves a gap of at most 1.04 spacings."""
 
-LEAST_NECK = 0.03
-"""A ridge that rises less than this part of the spacing above a level is put below it, so that the
-polylines on its two sides keep apart.  Less than `LEAST_CAP`: scraps that a cut leaves are dropped."""
+MIN_CUT_LOCUS_RISE = 0.03
+"""Of the spacing: a cut locus vertex or saddle that rises less above a level is lowered beneath it, so that the
+polylines on its two sides keep apart.  Less than `MIN_CAP_RISE`: scraps that this leaves are dropped."""
 
-LEVEL_REACHED = 1e-9
-"""A vertex this part of the spacing below a level counts as on it, and so as beyond it."""
+MIN_FREE_BORDER_GAP = 0.35
+"""Of the spacing: a polyline beyond which a free border follows nearer than this is left out; no rod has room there."""
 
 CUT_FROM_VERTEX = 0.06
-"""The cut of a closed surface goes through a vertex where it comes nearer to it than this part of
-an edge, and crosses an edge no nearer to its ends: so it leaves no slivers."""
+"""Of an edge: the cut of a closed surface passes through a vertex that is nearer than this, and crosses an edge no
+nearer to its ends; so it leaves no slivers."""
 
 LEAST_CUT_OFF = 0.02
-"""A closed surface that is cut by itself loses no piece smaller than this part of its area."""
+"""Of the surface's area: a closed surface that is cut by itself loses no piece smaller than this."""

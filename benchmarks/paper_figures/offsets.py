@@ -24,7 +24,7 @@ from paper_figures.pages import image, join, table
 from paper_figures.plates import Plate, circle, dumbbell
 from weavecore.geometry.geodesics import Walks, place_along, walk_far
 from weavecore.model import Latitudes, SurfaceMesh
-from weavecore.offsetting.propagation.curves import Ground
+from weavecore.offsetting.propagation.domain import Domain
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
 SPACING = 100.0
@@ -74,13 +74,13 @@ def parallel_geodesics(surface: SurfaceMesh, spacing: float) -> list[np.ndarray]
 
     That is the parallel transport of Pottmann et al. 2010 (*Geodesic patterns*) along a geodesic.
     """
-    ground = Ground(surface)
-    middle = ground.vertices[ground.faces].mean(1)
+    domain = Domain(surface)
+    middle = domain.vertices[domain.faces].mean(1)
     face = np.array([np.linalg.norm(middle[:, :2] - middle[:, :2].mean(0) - [0.0, 0.0], axis=1).argmin()])
     weights = np.full((1, 3), 1 / 3)
-    across = np.concatenate([_walk(ground, face, weights, np.array([[0.0, sign, 0.0]])) for sign in (-1, 1)])
+    across = np.concatenate([_walk(domain, face, weights, np.array([[0.0, sign, 0.0]])) for sign in (-1, 1)])
     starts = [
-        (walk, spacing / ground.scale * np.arange(k, int(walk.far[0] * ground.scale / spacing) + 1))
+        (walk, spacing / domain.scale * np.arange(k, int(walk.far[0] * domain.scale / spacing) + 1))
         for k, walk in enumerate(across)
     ]
     lines = []
@@ -88,22 +88,22 @@ def parallel_geodesics(surface: SurfaceMesh, spacing: float) -> list[np.ndarray]
         for station in stations:
             at, where = place_along(walk, np.array([station]))
             row = np.searchsorted(walk.finish, station)
-            way = ground.points(walk.face[row : row + 1], (walk.end - walk.start)[row : row + 1])
-            sideways = np.cross(ground.normals[at], way)
-            there, back = (_walk(ground, at, where, sign * sideways)[0] for sign in (1, -1))
-            lines.append(np.concatenate([_points(ground, back)[::-1], _points(ground, there)[1:]]) * ground.scale)
+            way = domain.points(walk.face[row : row + 1], (walk.end - walk.start)[row : row + 1])
+            sideways = np.cross(domain.normals[at], way)
+            there, back = (_walk(domain, at, where, sign * sideways)[0] for sign in (1, -1))
+            lines.append(np.concatenate([_points(domain, back)[::-1], _points(domain, there)[1:]]) * domain.scale)
     offset = surface.vertices.mean(0)
     return [line + offset for line in lines]
 
 
-def _walk(ground: Ground, face: np.ndarray, weights: np.ndarray, way: np.ndarray) -> list[Walks]:
-    xy = ground.flat(face, weights)
-    ux, uy = ground.aimed(face, way)
-    return [walk_far(ground.frames, 3 * face, xy[:, 0], xy[:, 1], ux, uy, np.array([_FAR]))]
+def _walk(domain: Domain, face: np.ndarray, weights: np.ndarray, way: np.ndarray) -> list[Walks]:
+    xy = domain.plane_points(face, weights)
+    ux, uy = domain.aimed(face, way)
+    return [walk_far(domain.frames, 3 * face, xy[:, 0], xy[:, 1], ux, uy, np.array([_FAR]))]
 
 
-def _points(ground: Ground, walk: Walks) -> np.ndarray:
-    return np.concatenate([ground.points(walk.face[:1], walk.start[:1]), ground.points(walk.face, walk.end)])
+def _points(domain: Domain, walk: Walks) -> np.ndarray:
+    return np.concatenate([domain.points(walk.face[:1], walk.start[:1]), domain.points(walk.face, walk.end)])
 
 
 def widths_of_strips(lines: list[np.ndarray]) -> np.ndarray:
@@ -163,7 +163,7 @@ def draw_three_kinds(folder: Path) -> str:
         panel.plot(*plate.crossings(step).T, "o", color=WRONG, markersize=4, zorder=5)
         kept = int((latitudes.generation == generation).sum())
         family = f"{len(latitudes)} in {latitudes.n_generations} generations"
-        rows.append([name, len(loops), len(step.raw), len(step.meetings), kept, family])
+        rows.append([name, len(loops), len(step.raw), len(step.crossings), kept, family])
     match_scales(panels)
     save(figure, folder / "figure_3.png")
     return join(

@@ -10,13 +10,19 @@ from scipy.optimize import brentq
 from scipy.spatial import Delaunay, cKDTree
 
 from weavecore.model import SurfaceMesh
-from weavecore.offsetting.propagation.child_curves import lay_children
-from weavecore.offsetting.propagation.curves import Curves, Ground
-from weavecore.offsetting.propagation.filter import find_room, stop_at
-from weavecore.offsetting.propagation.intersections import Meetings, curves_meet, meet_themselves, regroup
-from weavecore.offsetting.propagation.method import STEPS_PER_SPACING, cover
-from weavecore.offsetting.propagation.ray_directions import seed_curves, seed_walls
-from weavecore.offsetting.propagation.steps import Rays, cast_rays, end_steps
+from weavecore.offsetting.propagation.child_curves import embed_children
+from weavecore.offsetting.propagation.child_filter import find_room_for_grandchildren, stop_at_fronts
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.intersections import (
+    Intersections,
+    find_intersections,
+    find_intersections_with,
+)
+from weavecore.offsetting.propagation.method import VERTICES_PER_SPACING, propagate_fronts
+from weavecore.offsetting.propagation.offset_vertices import FrontRays, cast_rays, offset_vertices
+from weavecore.offsetting.propagation.ray_directions import start_on_boundary, start_on_curves
+from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
+from weavecore.offsetting.propagation.uncrossing import reconnect_at_crossings
 
 _OFF_THE_BORDER = 0.7
 
@@ -92,24 +98,24 @@ class Step:
 
     Attributes
     ----------
-    parents : Curves or None
+    parents : SurfaceCurves or None
         None where they are the borders.
     start, end : (n, 2) float64
         Where the vertices are moved from and to.
-    raw : Curves
+    raw : SurfaceCurves
         The children as they come (§4.2).
-    meetings : Meetings
+    crossings : Intersections
         All their crossings.
-    loops : Curves
-        The same, regrouped (§4.3, §4.4).
+    loops : SurfaceCurves
+        The same, reconnected (§4.3, §4.4).
     """
 
-    parents: Curves | None
+    parents: SurfaceCurves | None
     start: np.ndarray
     end: np.ndarray
-    raw: Curves
-    meetings: Meetings
-    loops: Curves
+    raw: SurfaceCurves
+    crossings: Intersections
+    loops: SurfaceCurves
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +124,7 @@ class Judgement:
 
     Attributes
     ----------
-    grandchildren : Curves
+    grandchildren : SurfaceCurves
         One for each loop, as they come.
     crosses : (C,) bool
         Whether the grandchild crosses a parent of the loop.
@@ -126,7 +132,7 @@ class Judgement:
         Whether most of its way leads to a parent and beyond: the test by side.
     """
 
-    grandchildren: Curves
+    grandchildren: SurfaceCurves
     crosses: np.ndarray
     passes: np.ndarray
 
@@ -138,68 +144,68 @@ class Plate:
         self.loops = loops
         self.surface = make_plate(loops, edge)
         self.spacing = spacing
-        self._ground = Ground(self.surface)
-        self._spacing = spacing / self._ground.scale
+        self._domain = Domain(self.surface)
+        self._spacing = spacing / self._domain.scale
         self._middle = self.surface.vertices.mean(axis=0)
 
     def offset(self, generation: int) -> Step:
         """The step that makes a generation from the one before."""
-        step = self._spacing / STEPS_PER_SPACING
+        step = self._spacing / VERTICES_PER_SPACING
         if generation == 1:
-            parents, seeds = None, seed_walls(self._ground, step=step)
+            parents, starts = None, start_on_boundary(self._domain, step=step)
         else:
-            parents = cover(self._ground, spacing=self._spacing)[generation - 2]
-            seeds = seed_curves(self._ground, parents, step=step)
-        rays = cast_rays(self._ground, seeds, spacing=self._spacing)
+            parents = propagate_fronts(self._domain, spacing=self._spacing)[generation - 2]
+            starts = start_on_curves(self._domain, parents, step=step)
+        rays = cast_rays(self._domain, starts, spacing=self._spacing)
         if parents is not None:
-            rays = stop_at(self._ground, rays, parents)
+            rays = stop_at_fronts(self._domain, rays, parents)
         raw = self._lay(rays, parents, freely=parents is not None)
-        meetings = meet_themselves(self._ground, raw)
-        loops = regroup(self._ground, raw, meetings).curves
-        end = end_steps(self._ground, self._free(rays)).points
-        return Step(parents, self.flat(rays.start), self.flat(end), raw, meetings, loops)
+        crossings = find_intersections(self._domain, raw)
+        loops = reconnect_at_crossings(self._domain, raw, crossings).curves
+        end = offset_vertices(self._domain, self._free(rays)).points
+        return Step(parents, self.flat(rays.start), self.flat(end), raw, crossings, loops)
 
     def judge(self, step: Step) -> Judgement:
         """Offset the loops of a step once more, and see where that leads."""
-        seeds = seed_curves(self._ground, step.loops, step=self._spacing / STEPS_PER_SPACING)
-        rays = cast_rays(self._ground, seeds, spacing=self._spacing)
+        starts = start_on_curves(self._domain, step.loops, step=self._spacing / VERTICES_PER_SPACING)
+        rays = cast_rays(self._domain, starts, spacing=self._spacing)
         grandchildren = self._lay(rays, None, freely=True)
         n = len(step.loops)
         if step.parents is None:
             return Judgement(grandchildren, np.zeros(n, bool), np.zeros(n, bool))
-        met = curves_meet(self._ground, grandchildren, step.parents)
+        met = find_intersections_with(self._domain, grandchildren, step.parents)
         crosses = np.bincount(grandchildren.owner[met.first], minlength=n) > 0
-        _, passes = find_room(self._ground, rays, step.loops, step.parents)
+        _, passes = find_room_for_grandchildren(self._domain, rays, step.loops, step.parents)
         return Judgement(grandchildren, crosses, passes)
 
-    def reduce(self, step: Step, n_crossings: int) -> tuple[Curves, int]:
+    def reduce(self, step: Step, n_crossings: int) -> tuple[SurfaceCurves, int]:
         """The children when the first few crossings are taken apart, and how many crossings are left."""
-        order = np.argsort(step.meetings.first + step.meetings.on_first)[:n_crossings]
+        order = np.argsort(step.crossings.first + step.crossings.on_first)[:n_crossings]
         names = ("first", "second", "on_first", "on_second", "turns_left")
-        some = Meetings(*(getattr(step.meetings, name)[order] for name in names))
-        curves = regroup(self._ground, step.raw, some).curves
-        return curves, len(meet_themselves(self._ground, curves))
+        some = Intersections(*(getattr(step.crossings, name)[order] for name in names))
+        curves = reconnect_at_crossings(self._domain, step.raw, some).curves
+        return curves, len(find_intersections(self._domain, curves))
 
     def crossings(self, step: Step) -> np.ndarray:
         """Where (k, 2) the children of a step cross."""
-        meetings, raw = step.meetings, step.raw
-        part = meetings.on_first[:, None]
-        weights = raw.start[meetings.first] * (1 - part) + raw.end[meetings.first] * part
-        return self.flat(self._ground.points(raw.face[meetings.first], weights))
+        crossings, raw = step.crossings, step.raw
+        part = crossings.on_first[:, None]
+        weights = raw.start[crossings.first] * (1 - part) + raw.end[crossings.first] * part
+        return self.flat(self._domain.points(raw.face[crossings.first], weights))
 
-    def outlines(self, curves: Curves) -> list[np.ndarray]:
+    def outlines(self, curves: SurfaceCurves) -> list[np.ndarray]:
         """Each curve as points (n, 2)."""
         return np.split(self.flat(curves.points), curves.offsets[1:-1])
 
     def flat(self, points: np.ndarray) -> np.ndarray:
-        """Points of the ground in the plane of the plate."""
-        return (points * self._ground.scale + self._middle)[:, :2]
+        """Points of the domain in the plane of the plate."""
+        return (points * self._domain.scale + self._middle)[:, :2]
 
-    def _lay(self, rays: Rays, parents: Curves | None, *, freely: bool) -> Curves:
+    def _lay(self, rays: FrontRays, parents: SurfaceCurves | None, *, freely: bool) -> SurfaceCurves:
         rays = self._free(rays) if freely else rays
-        return lay_children(self._ground, rays, end_steps(self._ground, rays), None if freely else parents)[0]
+        return embed_children(self._domain, rays, offset_vertices(self._domain, rays), None if freely else parents)[0]
 
     @staticmethod
-    def _free(rays: Rays) -> Rays:
-        """The same rays as far as walls let them: drawn are whole steps, not what an ancestor leaves of them."""
+    def _free(rays: FrontRays) -> FrontRays:
+        """The same rays as far as the boundary lets them: whole steps are drawn, stopped by no ancestor."""
         return replace(rays, stop=np.where(rays.walks.is_blocked, rays.walks.far, np.inf))

@@ -64,7 +64,7 @@ def draw_handling(folder: Path) -> str:
     return join(
         image("figure_5", "An intersection in the neck of a dumbbell, in four steps"),
         f"{len(step.end)} vertices are moved by one spacing: {count(len(step.raw), 'child', 'children')} with\n"
-        f"{count(len(step.meetings), 'crossing')} and, after reconnection, {count(len(loops), 'loop')}, of which\n"
+        f"{count(len(step.crossings), 'crossing')} and, after reconnection, {count(len(loops), 'loop')}, of which\n"
         f"{stays.sum()} have room and go on.",
     )
 
@@ -181,7 +181,7 @@ def draw_reduction(folder: Path) -> str:
     """Figure 7: crossings taken apart one by one."""
     plate = holed_plate()
     step = plate.offset(1)
-    total = len(step.meetings)
+    total = len(step.crossings)
     shown = [0, 1, total // 2, total]
     figure, panels = make_panels([""] * len(shown), width=8, height=4.9, n_rows=2)
     rows = []

@@ -14,7 +14,7 @@ from paper_figures.drawing import INK, draw_loops, generation_colour, make_panel
 from paper_figures.pages import join, row_of_images, table, yes
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.folder_reader import WrittenFolder
-from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import fabricate_weave
 from weavecore.model import LATITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.palette import LONGITUDES, POCKETS

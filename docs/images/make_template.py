@@ -6,10 +6,11 @@ from pathlib import Path
 
 from weavecore import pipeline
 from weavecore.fabricating.marks import mark_pieces
-from weavecore.fabricating.plan import Workshop, plan_rods
+from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.splices import cut_rods
 from weavecore.fabricating.template_files import encode_svg
 from weavecore.fabricating.templates import draw_roll, moved_to_origin, strips_of
+from weavecore.fabricating.workshop import Workshop
 
 HERE = Path(__file__).resolve().parent
 SHOWN = ("L16", "L15", "A33", "B30")

@@ -2,8 +2,12 @@
 # venv: weavecore
 """Moves the borders inwards, again and again by the same distance, until they fill the surface."""
 
+# Rhino writes its own names of types into the signature of RunScript, and looks them up in these modules.
 import Grasshopper
+import Rhino
 import scriptcontext
+import System
+import System.Collections.Generic
 
 import weavecore as wc
 from weavecore import canvas
@@ -24,7 +28,14 @@ def compute(run, surface, spacing, method, borders, guides):
 
 
 class Offset(Grasshopper.Kernel.GH_ScriptInstance):
-    def RunScript(self, surface, spacing, method: str, borders, guides):
+    def RunScript(
+        self,
+        surface,
+        spacing: System.Collections.Generic.List[float],
+        method: str,
+        borders: System.Collections.Generic.List[int],
+        guides: System.Collections.Generic.List[object],
+    ):
         inputs = {"surface": surface, "spacing": spacing, "method": method, "borders": borders, "guides": guides}
         component, sticky = ghenv.Component, scriptcontext.sticky
         return canvas.solve(component, sticky, compute, inputs, needs={"surface": wc.SurfaceMesh}, n_outputs=3)

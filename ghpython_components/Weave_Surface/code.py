@@ -2,8 +2,12 @@
 # venv: weavecore
 """Takes the surface that is to be woven."""
 
+# Rhino writes its own names of types into the signature of RunScript, and looks them up in these modules.
 import Grasshopper
+import Rhino
 import scriptcontext
+import System
+import System.Collections.Generic
 
 from weavecore import canvas
 
@@ -16,7 +20,7 @@ def compute(run, geometry, layer, name, edge, plane):
 
 
 class Surface(Grasshopper.Kernel.GH_ScriptInstance):
-    def RunScript(self, geometry, layer: str, name: str, edge: float, plane):
+    def RunScript(self, geometry, layer: str, name: str, edge: float, plane: Rhino.Geometry.Plane):
         inputs = {"geometry": geometry, "layer": layer, "name": name, "edge": edge, "plane": plane}
         component, sticky = ghenv.Component, scriptcontext.sticky
         return canvas.solve(component, sticky, compute, inputs, needs={"geometry": object}, n_outputs=4)

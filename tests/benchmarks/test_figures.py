@@ -91,7 +91,7 @@ def test_the_sum_of_angles_is_right_at_random_and_in_doubt_where_segments_touch(
 def test_a_disc_is_offset_to_a_smaller_one() -> None:
     plate = Plate([circle(3.0, edge=0.3)], spacing=1.0, edge=0.3)
     step = plate.offset(1)
-    assert (len(step.raw), len(step.meetings), len(step.loops)) == (1, 0, 1)
+    assert (len(step.raw), len(step.crossings), len(step.loops)) == (1, 0, 1)
     assert np.linalg.norm(step.end, axis=1) == pytest.approx(2.0, abs=0.02)
     (loop,) = plate.outlines(step.loops)
     assert np.linalg.norm(loop, axis=1) == pytest.approx(2.0, abs=0.02)

@@ -33,6 +33,19 @@ def test_a_refusal_is_one_line_and_1(folder: Path) -> None:
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize("command", [COMMAND, [sys.executable, "-c", "from weavecore.cli import main; main()"]])
+def test_modules_beside_the_input_are_not_run(folder: Path, command: list[str]) -> None:
+    if command[1] == "-c":  # As the script that pip installs: it has its own folder on the path, not the current one.
+        command = [*command[:2], f"import sys; del sys.path[0]; {command[2]}"]
+    names = ("queue", "numpy", "json", "struct", "pickle", "scipy", "rhino3dm", "sitecustomize", "usercustomize")
+    for name in names:
+        Path(f"{name}.py").write_text(f"print('{name} runs'); open('run_{name}', 'w').close()")
+    done = ended([*command, "info", "tube.3dm"])
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "can be woven" in done.stdout
+    assert list(folder.glob("run_*")) == []
+
+
 def test_help_and_errors_of_usage_load_nothing_heavy(folder: Path) -> None:
     code = "import sys; from weavecore.cli import main\ntry: main(sys.argv[1:])\nfinally: print(sorted(sys.modules))"
     for arguments in (["--help"], ["--version"], ["weave", "--help"], ["weave", "x.3dm", "--spacing", "wide"]):

@@ -53,7 +53,7 @@ def test_several_objects_are_joined_and_told(run: Run, corner: Path) -> None:
 def test_a_layer_whose_objects_lie_apart_is_ambiguous(run: Run, corner: Path) -> None:
     ended = run("mesh", "corner.3dm", "-o", "m.obj", "--layer", "Shell")
     assert ended.status == 1
-    assert ended.err.startswith("weavecore: AMBIGUOUS_SURFACE: corner.3dm has 3 objects that could be meant")
+    assert ended.err.startswith("weavecore: AMBIGUOUS_SURFACE: corner.3dm has 3 candidate objects")
     assert "'disc'" in ended.err
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any, Callable
 
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 from weavecore import pipeline
 from weavecore.cli import app
 from weavecore.commands import weave as weave_command
+from weavecore.linking.link import PATTERN_NAMES
 from woven_tube import COLUMNS, tube_latitudes, tube_surface
 
 Run = Callable[..., Any]
@@ -61,11 +63,30 @@ def test_without_spacing_one_is_chosen_and_told(run: Run) -> None:
     assert spacing_of("w.json") == pipeline.suggest_spacing(pipeline.read_surface("tube.3dm"))
 
 
-def test_the_edge_alone_gives_the_spacing_of_equilateral_triangles(run: Run) -> None:
-    assert run("weave", "tube.3dm", "--json", "w.json", "--edge", "1200mm").status == 0
+@pytest.mark.parametrize(
+    ("pattern", "spacing"), [("triangular", 1.2 * 3**0.5 / 2), ("kagome", 1.2 * 3**0.5 / 2), ("quad", 1.2)]
+)
+def test_the_edge_alone_gives_the_spacing_that_makes_the_pattern_regular(
+    run: Run, monkeypatch: pytest.MonkeyPatch, pattern: str, spacing: float
+) -> None:
+    asked = []
+    read = pipeline.read_surface
+    monkeypatch.setattr(pipeline, "read_surface", lambda *a, **k: (asked.append(k["spacing"]), read(*a, **k))[1])
+    assert run("weave", "tube.3dm", "--json", "w.json", "--edge", "1200mm", "--pattern", pattern).status == 0
     result = json.loads(Path("w.json").read_text("utf-8"))
-    assert result["parameters"]["spacing"] == pytest.approx(1.2 * 3**0.5 / 2)
+    assert result["parameters"]["spacing"] == pytest.approx(spacing)
     assert result["parameters"]["edge_length"] == pytest.approx(1.2)
+    assert [length.in_unit("Meters") for length in asked] == [pytest.approx(spacing)], "the mesh follows the spacing"
+
+
+def test_the_help_of_the_edge_says_what_each_pattern_takes() -> None:
+    text = " ".join(CliRunner().invoke(app, ["weave", "--help"], env={"COLUMNS": "400"}).output.split())
+    help_text = re.search(r"Edge length along the rings; by default (.+?) in the same proportion\.", text)
+    assert help_text is not None
+    squares, triangles = help_text[1].split("2/√3")
+    for pattern in PATTERN_NAMES:
+        is_square = pipeline.spacing_for_edges(1.0, pattern=pattern) == 1.0
+        assert (pattern in squares, pattern in triangles) == (is_square, not is_square), pattern
 
 
 @pytest.mark.parametrize(
@@ -175,7 +196,7 @@ def test_the_unit_that_is_missing_is_warned_of_in_one_line(run: Run, folder: Pat
     assert run("mesh", "tube.obj", "-o", "plain.3dm", "--quiet").status == 0
     ended = run("weave", "plain.3dm", "--spacing", "1")
     assert ended.status == 0
-    assert ended.err == "weavecore: warning: UNIT_UNKNOWN: plain.3dm says no unit; lengths are taken as they are\n"
+    assert ended.err == "weavecore: warning: UNIT_UNKNOWN: plain.3dm has no unit; lengths are used as they are\n"
 
 
 def test_the_parts_of_the_work_make_one_progress(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -274,7 +295,7 @@ def polyline_at(height: float, scale: float = 1.0) -> Any:
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("waist", "NO_CURVE: tube.3dm has no curve that is named 'waist'"),
+        ("waist", "NO_CURVE: tube.3dm has no curve with the name 'waist'"),
         ("none.csv", "UNREADABLE: none.csv does not exist"),
         ("far.csv", "BAD_CURVE: The curve lies up to 9 off the surface"),
     ],

@@ -55,7 +55,7 @@ def test_latitudes_alone_are_no_mesh(ending: str) -> None:
 
 
 def test_an_unknown_ending_is_refused_with_those_that_are_known() -> None:
-    with pytest.raises(Unsupported, match=r"a\.dwg .* End the name with one of \.3dm, \.json"):
+    with pytest.raises(Unsupported, match=r"a\.dwg .* Use one of the endings \.3dm, \.json"):
         encode(tube_surface(), "a.dwg")
 
 

@@ -11,9 +11,9 @@ import pytest
 import rhino3dm
 
 from open_cloth import cloth_latitudes
-from weavecore.exporting import rhino_document
+from weavecore.exporting import rhino_builder
 from weavecore.exporting.registry import encode
-from weavecore.exporting.rhino_document import with_fixed_dates
+from weavecore.exporting.rhino_builder import with_fixed_dates
 from weavecore.model import LONGITUDINAL, Lattice
 from weavecore.palette import latitude_colours
 from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube_surface
@@ -155,14 +155,14 @@ def test_the_time_of_writing_leaves_no_trace(monkeypatch: pytest.MonkeyPatch) ->
 
     first, second = twice()
     assert first == second
-    monkeypatch.setattr("weavecore.exporting.rhino_document.with_fixed_dates", lambda content: content)
+    monkeypatch.setattr("weavecore.exporting.rhino_builder.with_fixed_dates", lambda content: content)
     first, second = twice()
     assert first != second
 
 
 def test_fixed_dates_leave_a_file_that_is_no_3dm_as_it_is() -> None:
     assert with_fixed_dates(b"x" * 100) == b"x" * 100
-    assert rhino_document.with_fixed_dates(b"") == b""
+    assert rhino_builder.with_fixed_dates(b"") == b""
 
 
 def test_other_results_have_other_ids(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import rhino3dm
 import trimesh
 
 from weavecore import pipeline
-from weavecore.exporting.product import rod_polygons
+from weavecore.exporting.polygons import pipes_of
 from weavecore.exporting.registry import encode
 from weavecore.geometry.polygon_mesh import fan_triangles
 from weavecore.palette import utilisation_colours
@@ -71,7 +71,7 @@ def test_colours_turn_red_where_the_rod_breaks() -> None:
 @pytest.mark.parametrize("pattern", ["triangular", "kagome"])
 def test_rods_are_watertight_pipes_of_the_volume_of_their_lengths(pattern: str) -> None:
     weave = woven_tube(pattern)
-    pipes = rod_polygons(weave)
+    pipes = pipes_of(weave)
     triangles, _ = fan_triangles(pipes.offsets, pipes.corners)
     mesh = trimesh.Trimesh(pipes.points, triangles, process=False)
     assert mesh.is_watertight
@@ -85,7 +85,7 @@ def test_a_mesh_file_of_a_weave_holds_its_rods(tmp_path: Path) -> None:
     weave = woven_tube("triangular")
     pipeline.export(weave, tmp_path / "rods.stl")
     mesh = trimesh.load(tmp_path / "rods.stl")
-    pipes = rod_polygons(weave)
+    pipes = pipes_of(weave)
     assert len(mesh.faces) == len(fan_triangles(pipes.offsets, pipes.corners)[0])
     assert np.allclose(mesh.bounds, [pipes.points.min(0), pipes.points.max(0)], atol=1e-3)
 

@@ -13,8 +13,9 @@ from fabricated import SHELL, made, make, table
 from weavecore.errors import Unsupported
 from weavecore.fabricating import splices as splicing
 from weavecore.fabricating.nesting import least_bars, nest_pieces
-from weavecore.fabricating.plan import Workshop, plan_rods
+from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.splices import Candidate, Piece, choose_splices, cut_rods
+from weavecore.fabricating.workshop import Workshop
 from woven_rods import woven_sample, woven_tube
 
 SHORT = Workshop(stock=1000.0, templates=())

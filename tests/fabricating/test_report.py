@@ -15,7 +15,7 @@ from open_cloth import woven_cloth
 from weavecore import pipeline
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.folder_report import check_files
-from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import Fabrication, fabricate_weave
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import tube_latitudes
@@ -25,6 +25,7 @@ WITH_TEMPLATES = Workshop(stock=600.0, templates=("dxf", "svg"))
 
 MODEL = {
     "rod_bending_utilisation",
+    "rod_min_radius_overstated",
     "splice_utilisation",
     "splice_near_another",
     "splice_not_held",
@@ -113,7 +114,8 @@ def move_joint(rows: Rows) -> None:
 BREAKS = [
     ("rods", lambda rows: rows.append(["X99", *rows[-1][1:]]), "rods_without_axis"),
     ("rods", add(1, "length", 0.3), "rod_length_off_its_axis_mm"),
-    ("rods", put(1, "utilisation", "1.2"), "rod_bending_utilisation"),
+    ("rods", put(1, "allowed_radius", "99999"), "rod_bending_utilisation"),
+    ("rods", put(1, "min_radius", "99999"), "rod_min_radius_overstated"),
     ("pieces", add(1, "cut_length", 1.0), "piece_cut_length_off_mm"),
     ("pieces", put(1, "cut_length", "600.1"), "piece_longest_mm"),
     ("pieces", lambda rows: rows.pop(), "rod_not_covered_by_pieces_mm"),

@@ -14,8 +14,9 @@ from fabricated import PATTERNS, SHELL, made, make, table
 from open_cloth import woven_cloth
 from weavecore import pipeline
 from weavecore.fabricating.csv_tables import Source, Table, number, read_table
-from weavecore.fabricating.plan import Workshop, plan_rods
+from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.ties import find_ties, size_of_tie
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import TABLES, fabricate_weave
 from weavecore.model import Material
 from weavecore.weaving.sequence import find_sequence
@@ -23,7 +24,8 @@ from woven_rods import woven_sample, woven_tube
 
 COLUMNS = {
     "rods": (
-        "rod_id family generation closed length n_crossings min_radius station_at_min utilisation material diameter"
+        "rod_id family generation closed length n_crossings min_radius station_at_min utilisation material diameter "
+        "allowed_radius"
     ),
     "pieces": "piece_id rod_id seq from to cut_length splice_start splice_end stock_id",
     "nesting": "stock_id pieces used offcut",

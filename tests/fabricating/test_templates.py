@@ -18,9 +18,10 @@ from hypothesis import strategies as st
 from fabricated import SHELL, made, make, table
 from weavecore.errors import Unsupported
 from weavecore.fabricating.marks import mark_pieces
-from weavecore.fabricating.plan import PAPERS, Workshop, plan_rods
+from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.splices import cut_rods
 from weavecore.fabricating.templates import ROW, sections_of, spread_labels, strips_of
+from weavecore.fabricating.workshop import PAPERS, Workshop
 from weavecore.fabricating.workshop_folder import Fabrication
 from woven_rods import woven_sample, woven_tube
 

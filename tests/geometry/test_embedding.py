@@ -237,8 +237,8 @@ class TestRefusals:
             ([[0.2, 0.2, 0], [0.8, 0.2, 0], [0.5, 0.2, 0], [0.5, 0.8, 0]], "crosses or touches itself"),
             ([[0.2, 0.2, 0], [0.2, 0.2, 0]], "without length"),
             ([[0.5, 0.5, 0]], "without length"),
-            ([[0.2, 0.2, 0], [0.201, 0.2, 0]], "is lost on a mesh"),
-            ([[0.2, 0.2], [0.8, 0.8]], r"shape \(2, 2\)"),
+            ([[0.2, 0.2, 0], [0.201, 0.2, 0]], "is too short for a mesh"),
+            ([[0.2, 0.2], [0.8, 0.8]], r"got \(2, 2\)"),
         ],
     )
     def test_no_path_is_made_of_what_is_no_line_on_the_surface(self, curve, told):

@@ -1,4 +1,4 @@
-"""NURBS curves and surfaces against circles, spheres and finite differences."""
+"""NURBS curves and surfaces against the recursion of Cox and de Boor, circles, spheres and finite differences."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 from weavecore.geometry.nurbs import (
     NurbsCurve,
     NurbsSurface,
-    basis_functions,
     curve_points,
     greatest_curvature,
     surface_jet,
@@ -48,12 +47,55 @@ def grid(surface: NurbsSurface, n: int = 7) -> np.ndarray:
     return np.column_stack([axis.ravel() for axis in np.meshgrid(*ways)])
 
 
-def test_basis_functions_add_up_to_one_and_their_derivatives_to_nothing():
+def cox_de_boor(knots: np.ndarray, degree: int, i: int, t: float) -> float:
+    """Basis function ``i`` by its definition."""
+    if degree == 0:
+        return float(knots[i] <= t < knots[i + 1])
+    left, right = knots[i + degree] - knots[i], knots[i + degree + 1] - knots[i + 1]
+    value = 0.0
+    if left > 0:
+        value += (t - knots[i]) / left * cox_de_boor(knots, degree - 1, i, t)
+    if right > 0:
+        value += (knots[i + degree + 1] - t) / right * cox_de_boor(knots, degree - 1, i + 1, t)
+    return value
+
+
+def test_a_curve_and_a_surface_are_sums_of_basis_functions_by_their_definition():
+    surface = wavy()
+    uv = grid(surface, 4)
+    for point, (u, v) in zip(surface_points(surface, uv), uv.tolist()):
+        by_u = [cox_de_boor(surface.knots[0], 3, i, u) for i in range(6)]
+        by_v = [cox_de_boor(surface.knots[1], 2, j, v) for j in range(5)]
+        sums = np.einsum("i,j,ijc->c", by_u, by_v, surface.points)
+        assert point == pytest.approx(sums[:3] / sums[3], abs=1e-13)
     knots = np.array([0, 0, 0, 0, 1, 2.5, 2.5, 3, 4, 4, 4, 4.0])
-    _, values = basis_functions(knots, 3, 8, np.linspace(0, 4, 41), 2)
-    assert values[0].sum(1) == pytest.approx(1.0, abs=1e-14)
-    assert np.abs(values[1:].sum(2)).max() <= 1e-11
-    assert values[0].min() >= 0
+    curve = NurbsCurve(3, knots, np.random.default_rng(1).uniform(0.5, 1.5, (8, 3)))
+    for t in np.linspace(0, 3.99, 30).tolist():
+        sums = np.array([cox_de_boor(knots, 3, i, t) for i in range(8)]) @ curve.points
+        assert curve_points(curve, np.array([t]))[0] == pytest.approx(sums[:2] / sums[2], abs=1e-13)
+
+
+def test_basis_functions_add_up_to_one_and_their_derivatives_to_zero():
+    knots = np.array([0, 0, 0, 0, 1, 2.5, 2.5, 3, 4, 4, 4, 4.0])
+    weights = np.random.default_rng(2).uniform(0.5, 2, (8, 8, 1))
+    surface = NurbsSurface((3, 3), (knots, knots), np.array([1.0, 2.0, 3.0, 1.0]) * weights)
+    uv = np.column_stack([np.linspace(0, 4, 41), np.linspace(4, 0, 41)])
+    jet = surface_jet(surface, uv, 2)
+    assert jet.point == pytest.approx(np.tile([1.0, 2.0, 3.0], (41, 1)), abs=1e-14)
+    for derivative in (jet.du, jet.dv, jet.duu, jet.duv, jet.dvv):
+        assert np.abs(derivative).max() <= 1e-11
+
+
+def test_derivatives_above_the_degree_are_zero():
+    plane = NurbsSurface((1, 1), (np.array([0, 0, 1, 1.0]),) * 2, np.ones((2, 2, 4)))
+    jet = surface_jet(plane, np.array([[0.3, 0.7]]), 2)
+    assert (jet.duu == 0).all()
+    assert (jet.dvv == 0).all()
+
+
+def test_no_parameters_give_no_points():
+    assert surface_points(wavy(), np.zeros((0, 2))).shape == (0, 3)
+    assert curve_points(NurbsCurve(2, ARC_KNOTS, QUARTER), np.zeros(0)).shape == (0, 2)
 
 
 def test_a_rational_quarter_is_a_circle():

@@ -11,6 +11,8 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, Callable
 
+import rhino3dm
+
 COMPONENTS = Path(__file__).resolve().parents[2] / "ghpython_components"
 FOLDERS = sorted(path.parent for path in COMPONENTS.glob("*/metadata.json"))
 NAMES = [folder.name for folder in FOLDERS]
@@ -36,9 +38,9 @@ class DataTree:
     def __init__(self) -> None:
         self.branches: dict[GhPath, list[Any]] = {}
 
-    def __class_getitem__(cls, item: Any) -> type[DataTree]:
-        assert item is SYSTEM_OBJECT, "the items' type is one of .NET"
-        return cls
+    def __class_getitem__(cls, item: Any) -> type[DataTree] | str:
+        # Rhino's signatures say DataTree[object]; to make one the items' type must be one of .NET.
+        return cls if item is SYSTEM_OBJECT else f"DataTree[{item.__name__}]"
 
     def EnsurePath(self, path: GhPath) -> list[Any]:
         return self.branches.setdefault(path, [])
@@ -48,6 +50,14 @@ class DataTree:
 
     def __iter__(self) -> Iterator[Any]:
         return (item for branch in self.branches.values() for item in branch)
+
+
+class List(list[Any]):
+    """``System.Collections.Generic.List``."""
+
+    def __class_getitem__(cls, item: type) -> type[List]:
+        assert isinstance(item, type)
+        return cls
 
 
 class GhScriptInstance:
@@ -97,7 +107,10 @@ class Canvas:
         grasshopper, kernel, data = (
             ModuleType(name) for name in ("Grasshopper", "Grasshopper.Kernel", "Grasshopper.Kernel.Data")
         )
-        scriptcontext, system = ModuleType("scriptcontext"), ModuleType("System")
+        scriptcontext, rhino = ModuleType("scriptcontext"), ModuleType("Rhino")
+        system, collections, generic = (
+            ModuleType(name) for name in ("System", "System.Collections", "System.Collections.Generic")
+        )
         parts: dict[ModuleType, dict[str, Any]] = {
             grasshopper: {"DataTree": DataTree, "Kernel": kernel},
             kernel: {
@@ -108,11 +121,15 @@ class Canvas:
             },
             data: {"GH_Path": GhPath},
             scriptcontext: {"sticky": self.sticky},
-            system: {"Object": SYSTEM_OBJECT, "Int32": int},
+            system: {"Object": SYSTEM_OBJECT, "Int32": int, "Collections": collections},
+            collections: {"Generic": generic},
+            generic: {"List": List},
+            # Without Rhino there is no document, and rhino3dm has the same classes as RhinoCommon.
+            rhino: {"RhinoDoc": SimpleNamespace(ActiveDoc=None), "Geometry": rhino3dm},
         }
         for module, content in parts.items():
             vars(module).update(content)
-        return {module.__name__: module for module in parts}
+        return {**{module.__name__: module for module in parts}, "Rhino.Geometry": rhino3dm}
 
 
 @dataclass
@@ -141,6 +158,42 @@ def parameters_of(folder: Path, side: str) -> list[dict[str, Any]]:
     return metadata_of(folder)["ghpython"][f"{side}Parameters"]
 
 
+NAMES_IN_SIGNATURES = {
+    "none": "object",
+    "float": "float",
+    "int": "int",
+    "bool": "bool",
+    "str": "str",
+    "plane": "Rhino.Geometry.Plane",
+}
+"""What Rhino calls a type hint in the signature of RunScript."""
+
+
+def rhino_annotation(parameter: dict[str, Any]) -> str:
+    """What Rhino writes behind an input in the signature of RunScript; "" where it takes any single value."""
+    name, access = NAMES_IN_SIGNATURES[parameter["typeHintID"]], parameter["scriptParamAccess"]
+    if access == "item":
+        return "" if name == "object" else name
+    return {"list": "System.Collections.Generic.List", "tree": "Grasshopper.DataTree"}[access] + f"[{name}]"
+
+
+def rewritten(source: str, parameters: Sequence[dict[str, Any]]) -> str:
+    """A script as Rhino saves it once it was edited: the signature of RunScript is made anew from the inputs."""
+    function = run_script_of(source)
+    annotated = [(p["name"], rhino_annotation(p)) for p in parameters]
+    arguments = ["self", *(f"{name}: {text}" if text else name for name, text in annotated)]
+    signature = f"    def RunScript({(',' + chr(10) + 12 * ' ').join(arguments)}):"
+    lines = source.splitlines()
+    return "\n".join([*lines[: function.lineno - 1], signature, *lines[function.body[0].lineno - 1 :]]) + "\n"
+
+
+def run_script_of(source: str) -> ast.FunctionDef:
+    """The method that Grasshopper calls."""
+    (found,) = (node for node in script_class(source).body if isinstance(node, ast.FunctionDef))
+    assert found.name == "RunScript"
+    return found
+
+
 def script_class(source: str) -> ast.ClassDef:
     """The class of a script that Grasshopper makes."""
     (found,) = (node for node in ast.parse(source).body if isinstance(node, ast.ClassDef))
@@ -152,7 +205,8 @@ def run_script(
 ) -> Ran:
     """Run a script as Grasshopper does: its class is made and RunScript is called with one value an input."""
     scope: dict[str, Any] = {"__name__": "__main__", "ghenv": SimpleNamespace(Component=component)}
-    exec(compile(source, name, "exec"), scope)
+    # What this module imports from __future__ must not hold for the script: annotations are evaluated.
+    exec(compile(source, name, "exec", dont_inherit=True), scope)
     before = len(component.messages)
     result = scope[script_class(source).name]().RunScript(*inputs)
     values = result if isinstance(result, tuple) else (result,)
@@ -160,14 +214,16 @@ def run_script(
     return Ran(dict(zip(output_names, values)), component.messages[before:], component.Message, component.captions)
 
 
-def run_component(name: str, *, component: Component | None = None, **inputs: Any) -> Ran:
-    """Run a component of the plugin; what is not named is not wired."""
+def run_component(name: str, *, component: Component | None = None, is_rewritten: bool = False, **inputs: Any) -> Ran:
+    """Run a component of the plugin, as it is or as Rhino rewrites it; what is not named is not wired."""
     folder = COMPONENTS / name
-    names = [p["name"] for p in parameters_of(folder, "input")]
+    parameters = parameters_of(folder, "input")
+    names = [p["name"] for p in parameters]
     assert set(inputs) <= set(names)
     component = component or Component(names, wired=list(inputs))
     outputs = [p["name"] for p in parameters_of(folder, "output")]
     source = (folder / "code.py").read_text("utf-8")
+    source = rewritten(source, parameters) if is_rewritten else source
     return run_script(source, component, [inputs.get(n) for n in names], outputs, name=str(folder / "code.py"))
 
 

@@ -16,21 +16,25 @@ import rhino_shapes
 from ghpython.stubs import (
     COMPONENTS,
     NAMES,
+    NAMES_IN_SIGNATURES,
     Canvas,
     Component,
     GhPath,
+    List,
     Ran,
     metadata_of,
     parameters_of,
+    rewritten,
+    rhino_annotation,
     run_component,
-    script_class,
+    run_script,
+    run_script_of,
 )
 from grasshopper_files.components import ACCESS, HINTS
 from weavecore import pipeline
 from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
 from woven_tube import tube_surface
 
-ANNOTATIONS = {"float": "float", "int": "int", "bool": "bool", "str": "str", "none": None, "plane": None}
 DOME = str(COMPONENTS.parent / "sample_files" / "hemisphere.3dm")
 NEEDS = {
     "Weave_Surface": "geometry",
@@ -46,20 +50,28 @@ def source_of(name: str) -> str:
     return (COMPONENTS / name / "code.py").read_text("utf-8")
 
 
-def run_script_of(name: str) -> ast.FunctionDef:
-    (function,) = (node for node in script_class(source_of(name)).body if isinstance(node, ast.FunctionDef))
-    return function
-
-
 @pytest.mark.parametrize("name", NAMES)
-def test_the_script_fits_its_metadata(name: str) -> None:
+def test_the_script_has_the_signature_that_rhino_would_write(name: str) -> None:
     inputs = parameters_of(COMPONENTS / name, "input")
-    arguments = run_script_of(name).args.args[1:]
+    arguments = run_script_of(source_of(name)).args.args[1:]
     assert [a.arg for a in arguments] == [p["name"] for p in inputs]
-    hints = [a.annotation.id if isinstance(a.annotation, ast.Name) else None for a in arguments]
-    # What a list is to a script, is Rhino's to say.
-    is_list = [p["scriptParamAccess"] == "list" for p in inputs]
-    assert hints == [None if many else ANNOTATIONS[p["typeHintID"]] for p, many in zip(inputs, is_list)]
+    annotations = [ast.unparse(a.annotation) if a.annotation else "" for a in arguments]
+    assert annotations == list(map(rhino_annotation, inputs))
+    again = rewritten(source_of(name), inputs)
+    assert ast.dump(ast.parse(again)) == ast.dump(ast.parse(source_of(name)))
+
+
+@pytest.mark.parametrize("hint", sorted(NAMES_IN_SIGNATURES))
+@pytest.mark.parametrize("access", sorted(ACCESS))
+@pytest.mark.parametrize("name", NAMES)
+def test_another_hint_or_access_that_is_chosen_on_the_canvas_leaves_a_script_that_runs(
+    name: str, access: str, hint: str, canvas: Canvas
+) -> None:
+    inputs = [{**p, "scriptParamAccess": access, "typeHintID": hint} for p in parameters_of(COMPONENTS / name, "input")]
+    outputs = [p["name"] for p in parameters_of(COMPONENTS / name, "output")]
+    component = Component([p["name"] for p in inputs])
+    ran = run_script(rewritten(source_of(name), inputs), component, [None] * len(inputs), outputs)
+    assert ran.messages == []
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -99,9 +111,18 @@ def test_every_parameter_says_what_it_is(name: str) -> None:
         assert has_default == (i > 0) or name == "Weave_Export", f"{name}: {parameter['name']}"
 
 
+@pytest.mark.parametrize("name", ["Weave_Strands", "Weave_Measure"])
+def test_a_utilisation_above_1_exceeds_the_allowable_stress_and_is_not_said_to_break_the_rod(name: str) -> None:
+    (text,) = (p["description"] for p in parameters_of(COMPONENTS / name, "output") if p["name"] == "utilisation")
+    assert "strength divided by a safety factor" in text
+    assert text.endswith("above 1 exceeds the allowable stress.")
+    assert "break" not in text
+
+
+@pytest.mark.parametrize("is_rewritten", [False, True], ids=["as shipped", "rewritten"])
 @pytest.mark.parametrize("name", NAMES)
-def test_unwired_it_keeps_silent(name: str, canvas: Canvas) -> None:
-    ran = run_component(name)
+def test_unwired_it_keeps_silent(name: str, is_rewritten: bool, canvas: Canvas) -> None:
+    ran = run_component(name, is_rewritten=is_rewritten)
     assert ran.is_empty
     assert ran.messages == []
     assert ran.caption == ""
@@ -132,6 +153,25 @@ def test_real_input_gives_every_output_and_no_complaint(stages: dict[str, Ran]) 
     values = stages["surface"]["surface"], stages["offset"]["latitudes"], stages["link"]["lattice"]
     assert [type(value) for value in values] == [SurfaceMesh, Latitudes, Lattice]
     assert isinstance(stages["strands"]["weave"], Weave)
+
+
+@pytest.mark.parametrize("is_rewritten", [False, True], ids=["as shipped", "rewritten"])
+def test_a_script_that_rhino_has_rewritten_gives_the_same(
+    canvas: Canvas, tube: SurfaceMesh, is_rewritten: bool, tmp_path: Path
+) -> None:
+    surface = run_component("Weave_Surface", is_rewritten=is_rewritten, geometry=(tube.vertices, tube.faces), edge=1.0)
+    spacing = List([1.0])
+    offset = run_component("Weave_Offset", is_rewritten=is_rewritten, surface=surface["surface"], spacing=spacing)
+    link = run_component("Weave_Link", is_rewritten=is_rewritten, latitudes=offset["latitudes"], pattern="quad")
+    strands = run_component("Weave_Strands", is_rewritten=is_rewritten, lattice=link["lattice"], diameter=0.01)
+    measure = run_component("Weave_Measure", is_rewritten=is_rewritten, value=strands["weave"])
+    target = str(tmp_path / "woven.json")
+    export = run_component("Weave_Export", is_rewritten=is_rewritten, value=strands["weave"], path=target, write=True)
+    ran = (surface, offset, link, strands, measure, export)
+    assert [text for one in ran for level, text in one.messages if level == "Error"] == []
+    expected = pipeline.link(pipeline.offset(tube, spacing=1.0), pattern="quad")
+    assert np.array_equal(link["lattice"].nodes, expected.nodes)
+    assert export["file"] == target
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +209,8 @@ def test_the_offset_starts_at_guides(guide: Any, is_closed: bool, tube: SurfaceM
 
 def test_a_guide_off_the_surface_is_refused_in_words(tube: SurfaceMesh, canvas: Canvas) -> None:
     far = rhino3dm.Line(rhino_shapes.point(9, 0, 1), rhino_shapes.point(9, 0, 4))
-    for guide, told in ((far, "BAD_CURVE: The curve lies up to 8 off"), (object(), "BAD_CURVE: A object is no curve")):
+    wrong = ((far, "BAD_CURVE: The curve lies up to 8 off"), (object(), "BAD_CURVE: A object is not a curve"))
+    for guide, told in wrong:
         ((level, text),) = run_component("Weave_Offset", surface=tube, guides=[guide]).messages
         assert level == "Error"
         assert text.startswith(told)
@@ -263,7 +304,7 @@ def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: d
         "SPACING_TOO_LARGE": run_component("Weave_Offset", surface=surface, spacing=1e6),
         "UNSUPPORTED: A spacing of -1": run_component("Weave_Offset", surface=surface, spacing=-1.0),
         "UNSUPPORTED: There is no method": run_component("Weave_Offset", surface=surface, method="guess"),
-        "UNSUPPORTED: There is no pattern": run_component("Weave_Link", latitudes=latitudes, pattern="knit"),
+        "UNSUPPORTED: Unknown pattern": run_component("Weave_Link", latitudes=latitudes, pattern="knit"),
         "UNSUPPORTED: There is no material": run_component("Weave_Strands", lattice=lattice, material="glass"),
         "UNSUPPORTED: There is no weave": run_component("Weave_Strands", lattice=lattice, style="satin"),
         "UNREADABLE": run_component("Weave_Surface", geometry="/nowhere/shell.3dm"),

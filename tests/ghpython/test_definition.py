@@ -22,7 +22,7 @@ from grasshopper_files.xml_archive import decode_xml
 from weavecore import pipeline
 from weavecore.exporting.registry import WRITERS
 from weavecore.linking.link import PATTERN_NAMES
-from weavecore.pipeline import METHODS, PAGE, PICTURE
+from weavecore.pipeline import METHODS
 from weavecore.reading.read import ENDINGS
 from weavecore.weaving.bending import known_materials
 
@@ -141,7 +141,7 @@ def test_the_endings_are_those_that_weavecore_reads_and_writes() -> None:
     for name, parameter in (("Weave_Surface", "geometry"), ("Weave_Export", "path")):
         (text,) = (p["description"] for p in read_component(COMPONENTS / name).inputs if p["name"] == parameter)
         described[name] = set(re.findall(r"\.[a-z0-9]+\b", text))
-    assert described == {"Weave_Surface": set(ENDINGS), "Weave_Export": {*WRITERS, PICTURE, PAGE}}
+    assert described == {"Weave_Surface": set(ENDINGS), "Weave_Export": set(WRITERS)}
 
 
 def test_two_builds_give_the_same_bytes(files: dict[str, bytes], tmp_path: Path) -> None:

@@ -19,7 +19,8 @@ from bound_rings import (
     torus,
 )
 from planar_meshes import plate, rectangle
-from weavecore.errors import Unsupported
+from weavecore.errors import TooMuchWork, Unsupported
+from weavecore.linking import pocket_filling
 from weavecore.linking.link import link_latitudes
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
@@ -162,7 +163,7 @@ def test_rings_have_even_counts_in_quads():
     assert (np.bincount(lattice.node_latitude[lattice.node_latitude >= 0]) % 2 == 0).all()
 
 
-def test_fronts_that_meet_head_on_are_bound_by_pocket_edges():
+def test_fronts_that_meet_head_on_are_joined_by_pocket_edges():
     lattice = linked(cylinder(), 0.3)
     generation = lattice.latitudes.generation[lattice.node_latitude]
     pocket = lattice.edges[lattice.edge_family == POCKET]
@@ -172,14 +173,14 @@ def test_fronts_that_meet_head_on_are_bound_by_pocket_edges():
     assert ((heights < 2.0).any(1) & (heights > 2.0).any(1)).all()
 
 
-def test_a_wide_cap_gets_a_hub_at_its_deepest_place():
+def test_a_wide_cap_gets_a_steiner_vertex_at_its_deepest_place():
     lattice = linked(hemisphere(), np.pi / 2 / 7.95)
-    hubs = np.flatnonzero(lattice.node_latitude == -1)
-    assert len(hubs) == 1
-    assert np.linalg.norm(lattice.nodes[hubs[0]] - [0, 0, 1]) < 0.05
+    steiner = np.flatnonzero(lattice.node_latitude == -1)
+    assert len(steiner) == 1
+    assert np.linalg.norm(lattice.nodes[steiner[0]] - [0, 0, 1]) < 0.05
 
 
-def test_children_are_bound_to_their_parents_also_where_a_front_splits():
+def test_children_are_joined_to_their_parents_also_where_a_front_splits():
     lattice = linked(dumbbell(), 0.17)
     bands = lattice.latitudes.bands
     split = int(np.argmin(bands.euler))
@@ -234,3 +235,18 @@ def test_progress_rises_and_can_cancel():
 
     with pytest.raises(KeyboardInterrupt):
         link_latitudes(latitudes, progress=cancel)
+
+
+def test_a_pocket_in_which_no_steiner_vertex_fits_is_refused_before_its_mesh_grows_without_end(monkeypatch):
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(4.0), np.arange(4.0)))
+    vertices = np.stack([x, y, np.zeros(16)], axis=1)
+    vertices[5, 2] = 1000.0
+    a = (np.arange(3)[:, None] * 4 + np.arange(3)).ravel()
+    faces = np.concatenate([np.stack([a, a + 1, a + 5], 1), np.stack([a, a + 5, a + 4], 1)])
+    latitudes = offset_levels(SurfaceMesh(vertices, faces), spacing=200.0)
+    sizes = []
+    split = pocket_filling.split_edges_of
+    monkeypatch.setattr(pocket_filling, "split_edges_of", lambda *of: sizes.append(len(of[0].points)) or split(*of))
+    with pytest.raises(TooMuchWork, match="too narrow"):
+        link_latitudes(latitudes)
+    assert max(sizes) < 30 * sizes[0]

@@ -10,38 +10,23 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from comparing import compare
-from drawn_curves import draw_open, signed_areas, square_ground
+from drawn_curves import draw_open, signed_areas, square_domain
 from flat_fields import flat_surface
 from planar_meshes import circle, rectangle
+from starting_places import left_of, starting_where
 from tough_register import grid
 from weavecore import pipeline
 from weavecore.errors import Degenerate, SpacingTooLarge
 from weavecore.model import SurfaceMesh
 from weavecore.model.surface import Origins
-from weavecore.offsetting.propagation.curves import Ground
-from weavecore.offsetting.propagation.intersections import lengths_of, meet_themselves, regroup
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.intersections import find_intersections
 from weavecore.offsetting.propagation.method import offset_fronts, refuse_loose_ends
-from weavecore.offsetting.propagation.ray_directions import seed_curves
+from weavecore.offsetting.propagation.ray_directions import start_on_curves
+from weavecore.offsetting.propagation.uncrossing import reconnect_at_crossings
 from weavecore.validating import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_files"
-
-
-def starting_where(surface, *tests):
-    """Distances start at the border where a test holds of its points: a whole loop, or one run of it for each test."""
-    paths, closed = [], []
-    for test in tests:
-        for loop in surface.borders:
-            on = test(surface.vertices[loop])
-            if on.sum() > 1:
-                begin = 0 if on.all() else np.flatnonzero(on & ~np.roll(on, 1))[0]
-                paths.append(np.roll(loop, -begin)[: on.sum()])
-                closed.append(bool(on.all()))
-    return replace(surface, starts=Origins(tuple(paths), np.array(closed)))
-
-
-def left_of(x):
-    return lambda points: points[:, 0] < x
 
 
 def held(latitudes):
@@ -62,7 +47,7 @@ def n_open(latitudes):
     return np.bincount(latitudes.generation, ~latitudes.polylines.closed).astype(int).tolist()
 
 
-def test_from_one_side_of_a_rectangle_go_straight_lines_from_selvedge_to_selvedge():
+def test_from_one_side_of_a_rectangle_go_straight_lines_between_the_free_borders():
     surface = starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9))
     latitudes = held(offset_fronts(surface, spacing=0.55))
     lines = latitudes.polylines
@@ -76,7 +61,7 @@ def test_from_one_side_of_a_rectangle_go_straight_lines_from_selvedge_to_selvedg
     assert latitudes.bands.euler.tolist() == [1] * 11
 
 
-def test_fronts_bend_around_a_corner_of_a_selvedge():
+def test_fronts_bend_around_a_corner_of_a_free_border():
     ell = np.array([[0, 0], [6, 0], [6, 2.2], [2.5, 2.2], [2.5, 6], [0, 6]])
     surface = starting_where(flat_surface([ell], 0.25), lambda points: points[:, 0] > 6 - 1e-9)
     latitudes = offset_fronts(surface, spacing=0.4)
@@ -135,7 +120,7 @@ def test_rings_from_a_hole_are_cut_by_the_outer_border_and_end_in_its_corners():
 
 
 @pytest.mark.parametrize(("base", "top", "n_fronts"), [(2.0, 0.4, 10), (2.0, 0.05, 10), (0.6, 0.02, 10), (4.0, 0.0, 8)])
-def test_fronts_are_offset_to_the_tip_that_two_selvedges_enclose(base, top, n_fronts):
+def test_fronts_are_offset_to_the_tip_that_two_free_borders_enclose(base, top, n_fronts):
     wedge = np.array([[-top, 5], [-base, 0], [base, 0], [top, 5]]) / [2, 1]
     wedge = wedge[: 4 if top else 3]
     surface = starting_where(flat_surface([wedge], 0.25), lambda points: points[:, 1] < 1e-9)
@@ -173,7 +158,7 @@ def test_a_curve_from_border_to_border_is_offset_to_both_its_sides(x):
     assert errors(latitudes, lambda at, _: np.abs(at - 0.2 * x)).max() < 1e-4
 
 
-def test_a_selvedge_cuts_fronts_also_where_the_surface_folds_at_the_end_of_its_origin():
+def test_a_free_border_cuts_fronts_also_where_the_surface_folds_at_the_end_of_its_origin():
     # Unfolded, the corner at the origin of the plane is one of 86 degrees; a fold of 120 goes through it.
     fold, corner, apart = np.radians([120.0, 86.0, 30.0])
     far = 4.0 * np.array([np.cos(corner), np.sin(corner)])
@@ -200,7 +185,7 @@ def test_open_fronts_that_pass_each_other_have_no_child(length):
     assert sorted(latitudes.bands.euler.tolist()) == [1, 1, 1]
 
 
-def test_a_child_hardly_before_a_selvedge_is_dropped():
+def test_a_child_hardly_before_a_free_border_is_dropped():
     surface = starting_where(flat_surface([rectangle(1.02, 5)], 0.2), left_of(1e-9 - 0.51))
     with pytest.raises(SpacingTooLarge):
         offset_fronts(surface, spacing=1.0)
@@ -236,23 +221,23 @@ def test_starting_at_all_borders_gives_the_same_bytes_as_starting_anywhere():
 
 
 def test_two_open_fronts_that_cross_exchange_their_tails():
-    ground = square_ground()
-    raw = draw_open(ground, [[-6, -3.1], [6.1, 3.3]], [[5.9, -4.2], [-6.2, 4]])
-    regrouped = regroup(ground, raw, meet_themselves(ground, raw))
-    curves = regrouped.curves
+    domain = square_domain()
+    raw = draw_open(domain, [[-6, -3.1], [6.1, 3.3]], [[5.9, -4.2], [-6.2, 4]])
+    uncrossed = reconnect_at_crossings(domain, raw, find_intersections(domain, raw))
+    curves = uncrossed.curves
     assert curves.closed.tolist() == [False, False]
     ends = curves.points[np.concatenate(curves.ends)][:, :2]
     np.testing.assert_allclose(ends, [[-6, -3.1], [5.9, -4.2], [-6.2, 4], [6.1, 3.3]], atol=1e-9)
-    assert lengths_of(curves).sum() == pytest.approx(lengths_of(raw).sum())
-    assert len(meet_themselves(ground, curves)) == 0
-    # The strand on the left of both is one higher.
-    assert abs(regrouped.height[0] - regrouped.height[1]) == 1
+    assert curves.curve_lengths.sum() == pytest.approx(raw.curve_lengths.sum())
+    assert len(find_intersections(domain, curves)) == 0
+    # The branch that turns left has a winding number higher by one.
+    assert abs(uncrossed.winding[0] - uncrossed.winding[1]) == 1
 
 
 def test_an_open_front_that_crosses_itself_leaves_a_ring():
-    ground = square_ground()
-    raw = draw_open(ground, [[-6, -1.1], [5.1, 3.1], [4.9, -3.2], [-6.1, 2.2]])
-    curves = regroup(ground, raw, meet_themselves(ground, raw)).curves
+    domain = square_domain()
+    raw = draw_open(domain, [[-6, -1.1], [5.1, 3.1], [4.9, -3.2], [-6.1, 2.2]])
+    curves = reconnect_at_crossings(domain, raw, find_intersections(domain, raw)).curves
     assert sorted(curves.closed.tolist()) == [False, True]
     ring = curves.take(curves.closed)
     assert signed_areas(ring)[0] < 0
@@ -260,28 +245,28 @@ def test_an_open_front_that_crosses_itself_leaves_a_ring():
 
 
 def test_seeds_of_an_open_front_begin_and_end_with_it():
-    ground = Ground(starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9)))
+    domain = Domain(starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9)))
     x = np.linspace(-6.0, 6.0, 300)
-    front = draw_open(ground, np.stack([x, 0.3 * np.sin(x)], axis=1))
-    seeds = seed_curves(ground, front, step=0.5)
-    assert seeds.station[[0, -1]] == pytest.approx([0.0, lengths_of(front)[0]])
-    gaps = np.diff(seeds.station)
+    front = draw_open(domain, np.stack([x, 0.3 * np.sin(x)], axis=1))
+    starts = start_on_curves(domain, front, step=0.5)
+    assert starts.station[[0, -1]] == pytest.approx([0.0, front.curve_lengths[0]])
+    gaps = np.diff(starts.station)
     assert gaps.min() > 0.2
     assert gaps.max() < 0.5 * 1.31
 
 
 def test_an_open_front_that_ends_inside_the_surface_is_refused():
     surface = starting_where(flat_surface([rectangle(6, 4)], 0.3), left_of(-3 + 1e-9))
-    ground = Ground(surface)
+    domain = Domain(surface)
     with pytest.raises(Degenerate, match="levels"):
-        refuse_loose_ends(ground, draw_open(ground, [[-3.0, -2.0], [3.0, 2.0]]))
-    # An origin is no selvedge: no front may end there.
+        refuse_loose_ends(domain, draw_open(domain, [[-3.0, -2.0], [3.0, 2.0]]))
+    # A source is not a free border: no front may end there.
     ends = np.flatnonzero(surface.is_origin)[:2]
-    front = draw_open(ground, [[-3.0, -2.0], [3.0, 2.0]])
+    front = draw_open(domain, [[-3.0, -2.0], [3.0, 2.0]])
     start = np.zeros_like(front.start)
     start[:, 0] = start[:, 1] = 0.5
     with pytest.raises(Degenerate, match="levels"):
-        refuse_loose_ends(ground, replace(front, face=np.resize(ends // 3, len(front.face)), start=start))
+        refuse_loose_ends(domain, replace(front, face=np.resize(ends // 3, len(front.face)), start=start))
 
 
 @cache

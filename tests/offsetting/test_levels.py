@@ -8,7 +8,7 @@ from planar_meshes import circle, rectangle
 from weavecore.errors import SpacingTooLarge, Unsupported
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.level_sets import offset_levels
-from weavecore.offsetting.preparation import EDGES_PER_SPACING
+from weavecore.offsetting.preparation import MIN_EDGES_PER_SPACING
 from weavecore.validating import validate
 
 
@@ -37,8 +37,8 @@ def test_two_triangles_are_refined_until_the_levels_fit():
 def test_a_mesh_fine_enough_is_not_touched():
     surface = flat_surface([circle(5.0, n=120)], 0.3)
     longest = surface.edge_lengths.max()
-    assert offset_levels(surface, spacing=EDGES_PER_SPACING * longest).surface is surface
-    assert offset_levels(surface, spacing=0.9 * EDGES_PER_SPACING * longest).surface is not surface
+    assert offset_levels(surface, spacing=MIN_EDGES_PER_SPACING * longest).surface is surface
+    assert offset_levels(surface, spacing=0.9 * MIN_EDGES_PER_SPACING * longest).surface is not surface
 
 
 def test_cuts_survive_refinement():

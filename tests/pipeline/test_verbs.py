@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 import weavecore as wc
+from weavecore import pipeline
 from weavecore.errors import NotWritten, OutputExists, Unsupported
+from weavecore.exporting.registry import WRITERS, encode
+from weavecore.viewing.page.html_page import encode_page
+from weavecore.viewing.picture import encode_picture
+from weavecore.weaving.sequence import find_sequence
 from woven_tube import tube_lattice, tube_surface
 
 
@@ -83,3 +88,18 @@ def test_names_that_are_not_there_are_no_attributes() -> None:
         _ = wc.wave
     assert set(wc.__all__) <= set(dir(wc))
     assert wc.__version__[0].isdigit()
+
+
+def test_pictures_and_pages_are_written_through_the_registry_of_endings(tmp_path: Path) -> None:
+    assert {pipeline.PICTURE, pipeline.PAGE} < set(WRITERS)
+    weave = wc.weave(tube_lattice(), rod_diameter=0.05)
+    wc.export(weave, tmp_path / "a.html")
+    assert (
+        (tmp_path / "a.html").read_bytes()
+        == encode(weave, "b.HTML")
+        == encode_page(weave, sequence=find_sequence(weave))
+    )
+    for value in (tube_surface(), tube_lattice().latitudes, weave):
+        assert encode(value, "a.png") == encode_picture(value)
+    with pytest.raises(Unsupported, match=r"\.3dm, .*\.png, \.html"):
+        wc.export(weave, tmp_path / "a.dwg")

@@ -66,7 +66,7 @@ class TestInMemory:
 
     def test_points_are_given_back_and_nothing_else_is_taken(self):
         assert curve_from([[0, 0, 0], [1, 2, 3]]).tolist() == [[0, 0, 0], [1, 2, 3]]
-        with pytest.raises(BadCurve, match="A Sphere is no curve"):
+        with pytest.raises(BadCurve, match="A Sphere is not a curve"):
             curve_from(r.Sphere(make.point(0, 0, 0), 1.0))
 
 
@@ -130,16 +130,16 @@ class TestRhinoFiles:
         assert np.array_equal(*(read_curves(path, names=[n])[0] for n in ("ring", ring.id.upper())))
 
     def test_what_is_not_there_is_told_with_what_is(self, path):
-        with pytest.raises(NoCurve, match=r"no curve that is named 'sheet'.*'ring'.*'a'.*on layer 'Aids::Guides'"):
+        with pytest.raises(NoCurve, match=r"no curve with the name 'sheet'.*'ring'.*'a'.*on layer 'Aids::Guides'"):
             read_curves(path, names=["sheet"])
-        with pytest.raises(NoCurve, match=r"model\.3dm has 3 curves, and one is wanted"):
+        with pytest.raises(NoCurve, match=r"model\.3dm has 3 curves, and exactly one is needed"):
             read_curves(path)
 
     def test_curves_without_a_name_are_not_meant_by_an_empty_one(self, tmp_path):
         model = r.File3dm()
         model.Objects.Add(make.circle(1.0), r.ObjectAttributes())
         model.Write(str(tmp_path / "unnamed.3dm"), 8)
-        with pytest.raises(NoCurve, match="no curve that is named ''"):
+        with pytest.raises(NoCurve, match="no curve with the name ''"):
             read_curves(tmp_path / "unnamed.3dm", names=[""])
 
     def test_another_unit_is_converted(self, path):
@@ -192,7 +192,7 @@ class TestTextFiles:
             read_curves(file)
 
     def test_a_mesh_file_holds_no_curves(self, tmp_path):
-        with pytest.raises(NoCurve, match=r"shell\.obj can hold no curves.*\.csv"):
+        with pytest.raises(NoCurve, match=r"shell\.obj cannot hold curves.*\.csv"):
             read_curves(tmp_path / "shell.obj", names=["a"])
 
 

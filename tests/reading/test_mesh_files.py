@@ -190,7 +190,7 @@ class TestOff:
             read_surface(put("a.off", off().replace("OFF", head, 1)))
 
     def test_promises_beyond_the_file_allocate_nothing(self, put):
-        with pytest.raises(Unreadable, match="promises"):
+        with pytest.raises(Unreadable, match="announces"):
             read_surface(put("a.off", off().replace("12 6", "999999999999 6")))
 
 
@@ -299,13 +299,22 @@ class TestFiles:
             with pytest.raises((Unreadable, Unsupported)):
                 read_surface(path)
         (tmp_path / "folder.obj").mkdir()
-        with pytest.raises(Unreadable, match="is no file"):
+        with pytest.raises(Unreadable, match="is not a file"):
             read_surface(tmp_path / "folder.obj")
 
     def test_too_large_files_are_refused_unread(self, put, monkeypatch):
         monkeypatch.setattr(mesh_file, "MOST_BYTES", 100)
         with pytest.raises(TooMuchWork):
             read_surface(put("a.obj", obj()))
+
+    def test_too_little_memory_is_not_a_damaged_file(self, put, monkeypatch):
+        def run_out_of_memory(data):
+            raise MemoryError
+
+        monkeypatch.setattr(mesh_file, "MESH_READERS", {".obj": run_out_of_memory})
+        with pytest.raises(TooMuchWork, match="memory does not suffice") as caught:
+            read_surface(put("a.obj", obj()))
+        assert "damaged" not in str(caught.value)
 
     def test_layers_and_objects_are_for_rhino_files(self, put):
         with pytest.raises(NoSurface):

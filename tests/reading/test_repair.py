@@ -181,7 +181,7 @@ class TestOrientation:
         mixed[::3] = mixed[::3, ::-1]
         surface = surface_from_arrays(vertices, mixed)
         assert (surface.face_normals[:, 2] > 0).all()
-        assert "Turned 17 faces" in said(surface)
+        assert "Reversed 17 faces" in said(surface)
         surface = surface_from_arrays(vertices, mixed[:, ::-1])
         assert (surface.face_normals[:, 2] < 0).all()
 
@@ -191,7 +191,7 @@ class TestOrientation:
         up = surface.face_normals[:, 2] > 0
         assert up[surface.component_of_face == 0].all()
         assert not up[surface.component_of_face == 1].any()
-        assert "Turned" not in said(surface)
+        assert "Reversed" not in said(surface)
 
     def test_closed_parts_look_outwards(self):
         vertices, faces = ball(2)
@@ -199,8 +199,8 @@ class TestOrientation:
         inside_out[7] = inside_out[7, ::-1]
         surface = surface_from_arrays(moved(vertices, 50, 60, 70), inside_out)
         assert volume(surface.vertices - [50, 60, 70], surface.faces) > 3
-        assert "look outwards" in said(surface)
-        assert "Turned 1 face to look to the side of the others." in surface.mendings
+        assert "face outwards" in said(surface)
+        assert "Reversed 1 face to orient all alike." in surface.mendings
 
     def test_a_moebius_strip_is_refused_with_faces_to_cut_along(self):
         vertices, quads = band(14, twisted=True)

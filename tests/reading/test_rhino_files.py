@@ -137,7 +137,7 @@ class TestChoice:
         assert read_surface(path, object="shell").n_faces == 12
 
     def test_what_is_only_hidden_is_named(self, path):
-        with pytest.raises(NoSurface, match="none that is shown") as refused:
+        with pytest.raises(NoSurface, match="all of them hidden") as refused:
             read_surface(Model().add(sheet(), name="aside", mode="Hidden").save(path))
         assert "'aside'" in str(refused.value)
         assert "hidden" in str(refused.value)
@@ -174,7 +174,7 @@ class TestWhatIsKept:
 
     def test_no_unit_is_warned_of(self, path):
         Model(getattr(rhino3dm.UnitSystem, "None")).add(sheet()).save(path)
-        with pytest.warns(UnitUnknown, match="says no unit"):
+        with pytest.warns(UnitUnknown, match="has no unit"):
             assert read_surface(path).unit == "None"
 
     def test_a_unit_is_not_warned_of(self, path):
@@ -208,7 +208,7 @@ class TestWhatIsKept:
 class TestRefusals:
     def test_what_is_no_rhino_file(self, path):
         path.write_bytes(b"something else entirely, long enough to have a header")
-        with pytest.raises(Unreadable, match="is no Rhino file"):
+        with pytest.raises(Unreadable, match="is not a Rhino file"):
             read_surface(path)
 
     def test_a_missing_file(self, path):

@@ -12,7 +12,7 @@ from weavecore.model import Equilibrium, Weave
 from weavecore.simulating import newton
 from woven_rods import woven_tube
 
-MASS_STEP = 9.80665
+GRAVITY = 9.80665
 
 
 @cache
@@ -28,7 +28,8 @@ def at_rest(supports: str = "borders", **options: object) -> Equilibrium:
 def test_reactions_of_the_supports_carry_the_weight() -> None:
     equilibrium, weave = at_rest(), tube()
     area = np.pi * (weave.rod_diameter / 1000) ** 2 / 4
-    weight = weave.material.density * area * weave.axes.lengths.sum() / 1000 * MASS_STEP
+    spans = weave.axes.lengths - weave.axes.overhangs.sum(1)
+    weight = weave.material.density * area * spans.sum() / 1000 * GRAVITY
     assert equilibrium.is_stable
     assert equilibrium.reaction.sum(0) == pytest.approx([0, 0, weight], rel=1e-3, abs=1e-6 * weight)
     assert not equilibrium.reaction[~equilibrium.is_supported].any()
@@ -137,6 +138,20 @@ def test_json_gives_the_same_equilibrium_back_and_the_same_bytes(tmp_path: Path)
     assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()
     again = pipeline.simulate(tube())
     assert (again.points == equilibrium.points).all()
+
+
+def test_mesh_files_refuse_an_equilibrium(tmp_path: Path) -> None:
+    with pytest.raises(Unsupported, match="at rest"):
+        pipeline.export(at_rest(), tmp_path / "relaxed.stl")
+
+
+def test_rods_are_taken_between_their_outermost_joints() -> None:
+    weave, equilibrium = tube(), at_rest()
+    is_open = ~weave.strands.closed
+    assert weave.axes.overhangs[is_open].min() > 0
+    ends = np.stack([equilibrium.offsets[:-1], equilibrium.offsets[1:] - 1], axis=1)[is_open]
+    visits = np.stack([weave.strands.offsets[:-1], weave.strands.offsets[1:] - 1], axis=1)[is_open]
+    assert np.allclose(equilibrium.drawn[ends], weave.axes.points[visits], atol=1e-9)
 
 
 def test_unit_of_the_model_changes_nothing() -> None:

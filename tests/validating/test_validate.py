@@ -23,7 +23,7 @@ from weavecore.model import (
     SurfaceMesh,
 )
 from weavecore.validating import Finding, Report, validate
-from weavecore.validating.check_lattices import hem_edges
+from weavecore.validating.check_lattices import free_border_edges
 from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube_surface
 
 BREAKERS: dict[str, dict[str, Callable]] = {"surface": {}, "latitudes": {}, "lattice": {}, "strands": {}}
@@ -135,7 +135,7 @@ def _(latitudes: Latitudes) -> Latitudes:
     )
 
 
-@breaks("latitudes", "ends_off_selvedges")
+@breaks("latitudes", "ends_off_free_borders")
 def _(latitudes: Latitudes) -> Latitudes:
     return moved(latitudes, closed=[True] * 5 + [False])
 
@@ -242,8 +242,8 @@ def breaks_open(finding: str) -> Callable:
     return register
 
 
-breaks("latitudes", "selvedges_touched_between_ends")(lambda _: OPEN["selvedges_touched_between_ends"]())
-breaks("latitudes", "selvedges_between_bands")(lambda _: OPEN["selvedges_between_bands"]())
+breaks("latitudes", "free_borders_touched_between_ends")(lambda _: OPEN["free_borders_touched_between_ends"]())
+breaks("latitudes", "free_borders_between_bands")(lambda _: OPEN["free_borders_between_bands"]())
 
 
 def replaced(latitudes: Latitudes, p: int, rows: np.ndarray, **arrays: object) -> Latitudes:
@@ -271,7 +271,7 @@ def _() -> Latitudes:
     return replaced(latitudes, 4, rows_of_polyline(latitudes, 4)[:1])
 
 
-@breaks_open("ends_off_selvedges")
+@breaks_open("ends_off_free_borders")
 def _() -> Latitudes:
     latitudes = cloth_latitudes("side with hole")
     return replaced(latitudes, 4, rows_of_polyline(latitudes, 4)[:-1])
@@ -283,14 +283,14 @@ def _() -> Latitudes:
     return replaced(latitudes, 4, np.delete(rows_of_polyline(latitudes, 4), 5))
 
 
-@breaks_open("selvedges_touched_between_ends")
+@breaks_open("free_borders_touched_between_ends")
 def _() -> Latitudes:
     latitudes = cloth_latitudes("side")
     rows = rows_of_polyline(latitudes, 4)
     return replaced(latitudes, 4, np.r_[rows, rows[-2:][::-1], rows[-1]])
 
 
-@breaks_open("selvedges_between_bands")
+@breaks_open("free_borders_between_bands")
 def _() -> Latitudes:
     # Run the other way, its left side is where the bands have its right side.
     latitudes = cloth_latitudes("side")
@@ -464,7 +464,7 @@ def _(lattice: Lattice) -> Lattice:
     return replace(lattice, edge_family=changed(lattice.edge_family, across[0], LONGITUDINAL))
 
 
-# ---- a lattice with selvedges, on open latitudes
+# ---- a lattice with free borders, on open latitudes
 
 
 def cloth_lattice(name: str, pattern: str) -> Lattice:
@@ -475,7 +475,7 @@ OPEN_LATTICE: dict[str, Callable] = {}
 
 
 def breaks_open_lattice(finding: str) -> Callable:
-    """Register a function that makes a right lattice with selvedges wrong in the way that one finding tells."""
+    """Register a function that makes a right lattice with free borders wrong in the way that one finding tells."""
 
     def register(breaker: Callable) -> Callable:
         OPEN_LATTICE[finding] = breaker
@@ -484,7 +484,7 @@ def breaks_open_lattice(finding: str) -> Callable:
     return register
 
 
-for _name in ("rings_cut_short", "border_edges_astray", "nodes_off_selvedges_of_size"):
+for _name in ("rings_cut_short", "border_edges_astray", "nodes_off_free_borders_of_size"):
     breaks("lattice", _name)(lambda _, name=_name: OPEN_LATTICE[name]())
 
 
@@ -504,10 +504,10 @@ def _() -> Lattice:
 @breaks_open_lattice("border_edges_astray")
 def _() -> Lattice:
     lattice = cloth_lattice("side", "triangular")
-    return replace(lattice, edge_family=changed(lattice.edge_family, hem_edges(lattice)[2], POCKET))
+    return replace(lattice, edge_family=changed(lattice.edge_family, free_border_edges(lattice)[2], POCKET))
 
 
-@breaks_open_lattice("nodes_off_selvedges_of_size")
+@breaks_open_lattice("nodes_off_free_borders_of_size")
 def _() -> Lattice:
     lattice = cloth_lattice("side", "triangular")
     last = end_nodes(lattice, 3)[-1]
@@ -544,7 +544,7 @@ def _() -> Lattice:
 
 @pytest.mark.parametrize("name", CLOTHS)
 @pytest.mark.parametrize("pattern", ["triangular", "quad", "diagonal"])
-def test_lattices_with_selvedges_hold(name: str, pattern: str) -> None:
+def test_lattices_with_free_borders_hold(name: str, pattern: str) -> None:
     lattice = cloth_lattice(name, pattern)
     report = validate(lattice)
     assert report.holds, str(report)
@@ -553,7 +553,7 @@ def test_lattices_with_selvedges_hold(name: str, pattern: str) -> None:
 
 
 @pytest.mark.parametrize("name", OPEN_LATTICE)
-def test_wrong_lattices_with_selvedges_break_their_finding(name: str) -> None:
+def test_wrong_lattices_with_free_borders_break_their_finding(name: str) -> None:
     assert not validate(OPEN_LATTICE[name]())[name].holds
 
 
@@ -604,7 +604,7 @@ def test_a_wrong_value_breaks_its_finding(noun: str, name: str) -> None:
     report = report_of(noun, BREAKERS[noun][name](MAKERS[noun]()))
     assert not report[name].holds
     assert not report.holds
-    assert f"BROKEN {name}" in str(report)
+    assert f"FAIL {name}" in str(report)
 
 
 def test_what_offends_is_named() -> None:
@@ -617,7 +617,7 @@ def test_what_offends_is_named() -> None:
 
 def test_a_broken_report_raises_with_code_ids_and_remedy() -> None:
     broken = BREAKERS["latitudes"]["orphans"](tube_latitudes())
-    with pytest.raises(Broken, match="BROKEN: orphans is 1, at most 0 holds") as caught:
+    with pytest.raises(Broken, match="BROKEN: orphans is 1, limit 0") as caught:
         validate(broken).raise_if_broken()
     assert caught.value.ids == (5,)
     assert caught.value.kind == "polyline"
@@ -634,10 +634,10 @@ def test_an_unknown_finding_is_a_key_error() -> None:
 
 
 def test_what_no_stage_gives_is_refused() -> None:
-    with pytest.raises(Unsupported, match="no check for a list"):
+    with pytest.raises(Unsupported, match="A list alone cannot be checked"):
         validate([1, 2, 3])
 
 
 def test_strands_are_checked_with_their_lattice_only() -> None:
-    with pytest.raises(Unsupported, match="no check for a Strands alone"):
+    with pytest.raises(Unsupported, match="A Strands alone cannot be checked"):
         validate(tube_strands())

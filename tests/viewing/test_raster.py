@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from weavecore.viewing.camera import Camera, look_at, view_axes
-from weavecore.viewing.raster import NOTHING, Buffer, draw_rods, draw_triangles, planes_over, see_rods
+from weavecore.viewing.raster import NOTHING, DepthBuffer, draw_rods, draw_triangles, planes_over, see_rods
 
 SIZE = (40, 30)
 
 
-def image(buffer: Buffer) -> np.ndarray:
+def image(buffer: DepthBuffer) -> np.ndarray:
     return buffer.shape.reshape(buffer.height, buffer.width)
 
 
@@ -29,7 +29,7 @@ def test_a_triangle_covers_the_samples_inside_it() -> None:
     rng = np.random.default_rng(1)
     for _ in range(50):
         triangle = rng.uniform(-10, 50, (3, 2))
-        buffer = Buffer(SIZE)
+        buffer = DepthBuffer(SIZE)
         draw_triangles(buffer, triangle[None], np.ones((1, 3)))
         assert np.array_equal(image(buffer) == 0, inside(triangle))
 
@@ -40,7 +40,7 @@ def test_triangles_that_share_edges_leave_no_gap() -> None:
     angle = np.sort(rng.uniform(0, 2 * np.pi, 60))
     rim = np.array([20, 15]) + 200 * np.c_[np.cos(angle), np.sin(angle)]
     hub = np.broadcast_to([20.5, 14.5], rim.shape)  # On a sample: all triangles touch it.
-    buffer = Buffer(SIZE)
+    buffer = DepthBuffer(SIZE)
     draw_triangles(buffer, np.stack([rim, np.roll(rim, -1, 0), hub], axis=1), np.ones((60, 3)))
     assert (image(buffer) != NOTHING).all()
 
@@ -49,7 +49,7 @@ def test_what_is_nearer_is_seen_in_either_order() -> None:
     whole = np.array([[-50, -50], [150, -50], [-50, 150]], float)
     tilted = np.array([1.0, 3.0, 1.0])  # Nearer on the right.
     for order in ([0, 1], [1, 0]):
-        buffer = Buffer(SIZE)
+        buffer = DepthBuffer(SIZE)
         nearness = np.array([tilted, np.full(3, 1.75)])[order]
         draw_triangles(buffer, np.stack([whole, whole]), nearness)
         flat_is_seen = image(buffer) == order.index(1)
@@ -58,7 +58,7 @@ def test_what_is_nearer_is_seen_in_either_order() -> None:
 
 
 def test_triangles_without_area_cover_nothing() -> None:
-    buffer = Buffer(SIZE)
+    buffer = DepthBuffer(SIZE)
     draw_triangles(buffer, np.array([[[1, 2], [30, 20], [15.5, 11]], [[5, 5], [5, 5], [5, 5]]], float), np.ones((2, 3)))
     assert (image(buffer) == NOTHING).all()
 
@@ -82,7 +82,7 @@ def test_a_rod_covers_what_lies_within_its_radius(angle: float) -> None:
         np.array([9 * np.cos(angle), 9 * np.sin(angle), 0]),
     )
     rods = see_rods(flat_camera(), start[None], end[None], np.array([2.3]))
-    buffer = Buffer(SIZE)
+    buffer = DepthBuffer(SIZE)
     draw_rods(buffer, rods)
     x, y = np.meshgrid(np.arange(SIZE[0]) + 0.5 - SIZE[0] / 2, SIZE[1] / 2 - np.arange(SIZE[1]) - 0.5)
     along = np.clip(x * np.cos(angle) + y * np.sin(angle), -9, 9)
@@ -95,10 +95,10 @@ def test_a_rod_is_seen_on_a_surface_and_not_behind_it() -> None:
     camera = flat_camera()
     corners = np.array([[-100, -100, 0], [100, -100, 0], [0, 200, 0]], float)
     place, nearness = camera.project(corners)
-    surface = Buffer(SIZE)
+    surface = DepthBuffer(SIZE)
     draw_triangles(surface, place[None], nearness[None])
     starts, ends = np.array([[-5, 4, 0], [-5, -4, -20]], float), np.array([[5, 4, 0], [5, -4, -20]], float)
-    buffer = Buffer(SIZE, before=surface.nearness)
+    buffer = DepthBuffer(SIZE, before=surface.nearness)
     draw_rods(buffer, see_rods(camera, starts, ends, np.array([2.0, 2.0])))
     assert set(np.unique(buffer.shape)) == {NOTHING, 0}
 

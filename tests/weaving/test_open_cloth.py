@@ -7,7 +7,7 @@ import pytest
 
 from open_cloth import CLOTHS, EDGE, ROWS, SPACING, cloth_latitudes, woven_cloth
 from weavecore.model import LATITUDINAL, LONGITUDINAL, first_generations
-from weavecore.validating.check_lattices import hem_edges
+from weavecore.validating.check_lattices import free_border_edges
 from weavecore.weaving.naming import find_lean
 from weavecore.weaving.sequence import find_sequence
 
@@ -71,7 +71,7 @@ def test_rods_lean_forward_where_they_go_the_way_of_the_latitudes_as_they_go_dee
 def test_rods_along_selvedges_lean_neither_way(name: str) -> None:
     weave = woven_cloth(name, "triangular")
     lattice, strands = weave.lattice, weave.strands
-    hem = {frozenset(edge) for edge in lattice.edges[hem_edges(lattice)].tolist()}
+    hem = {frozenset(edge) for edge in lattice.edges[free_border_edges(lattice)].tolist()}
     lean = find_lean(strands, lattice)
     found = 0
     for s in np.flatnonzero(strands.family == LONGITUDINAL).tolist():

@@ -9,7 +9,8 @@ import pytest
 
 from bound_rings import cylinder, dumbbell, hemisphere, linked, pair_of_pants
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET
-from weavecore.weaving.strands import MOST_BEND, find_strands
+from weavecore.model.rod_pairing import MOST_TURN
+from weavecore.weaving.strands import find_strands
 from woven_rods import woven_tube
 
 
@@ -62,7 +63,7 @@ def test_rods_other_than_rings_hardly_ever_bend_sharply():
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         cosine = (along[1:] * along[:-1]).sum(1)
         bends += np.arccos(np.clip(cosine, -1, 1)).tolist()
-    assert np.mean(np.array(bends) > MOST_BEND) < 0.01
+    assert np.mean(np.array(bends) > MOST_TURN) < 0.01
     assert np.median(bends) < np.radians(20)
 
 

@@ -33,7 +33,7 @@ class Measures:
     least_radius : float, optional
         Of the sharpest bend of any rod.
     utilisation : float, optional
-        The largest of any rod; above 1 it is bent too sharply.
+        The largest of any rod; above 1 exceeds the allowable stress.
     """
 
     spacing: Floats

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from weavecore.canvas.solve import Run
-from weavecore.geometry.arrays import Ints
+from weavecore.geometry.arrays import Ints, ranks_in_rows
 from weavecore.geometry.polygon_mesh import fan_quads
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave, first_generations
-from weavecore.viewing.outlines import are_inside
+from weavecore.viewing.surface_paths import origins_inside
 from weavecore.weaving.strands import find_strands
 
 _LETTERS = "LABP"
@@ -49,7 +49,7 @@ def draw_surface(run: Run, surface: SurfaceMesh) -> tuple[list[Any], Any]:
     """The borders, the cuts of a closed surface and the origins inside it as curves; and the mesh."""
     loops = [(loop, True) for loop in (*surface.borders, *surface.cuts)]
     if surface.starts is not None:
-        inside = are_inside(surface, surface.starts).tolist()
+        inside = origins_inside(surface, surface.starts).tolist()
         paths = zip(surface.starts.paths, surface.starts.closed.tolist(), inside)
         loops += [(path, closed) for path, closed, is_inside in paths if is_inside]
     borders = [run.drawing.polyline(surface.vertices[loop], is_closed=closed) for loop, closed in loops]
@@ -118,7 +118,7 @@ def _places(branch: Ints) -> Ints:
     order = np.argsort(branch, kind="stable")
     counts = np.bincount(branch)
     places = np.empty(len(branch), np.int64)
-    places[order] = np.arange(len(branch)) - np.repeat(np.cumsum(counts) - counts, counts)
+    places[order] = ranks_in_rows(counts)
     return places
 
 

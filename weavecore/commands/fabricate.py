@@ -8,7 +8,7 @@ from typing import Annotated, Callable, Optional
 import typer
 
 from weavecore.commands.arguments import Quiet, length
-from weavecore.fabricating.plan import OVERLAP, PAPERS, SPLICES, TEMPLATES
+from weavecore.fabricating.workshop import OVERLAP, PAPERS, SPLICES, TEMPLATES
 from weavecore.units import Length
 from weavecore.viewing.terminal import progress_bar, show_lines
 

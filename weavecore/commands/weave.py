@@ -1,8 +1,9 @@
 """``weavecore weave``: from a file's surface to what is woven."""
 # ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import Annotated, Optional
 
 import typer
 
@@ -29,10 +30,6 @@ from weavecore.commands.input_file import curves_of, read_input, told_input, wri
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
-if TYPE_CHECKING:
-    from weavecore.model import SurfaceMesh
-    from weavecore.offsetting.spacing import Spacing
-
 _MATERIALS = "What the rods are made of: gfrp, gfrp-short, bamboo, rattan or steel-strip."
 
 
@@ -58,7 +55,13 @@ def weave(
     ] = None,
     edge: Annotated[
         Optional[Length],
-        typer.Option(parser=length, metavar="LENGTH", help="Length of an edge; by default 2/√3 of the spacing."),
+        typer.Option(
+            parser=length,
+            metavar="LENGTH",
+            help="Edge length along the rings; by default the spacing for quad, plain and twill, and 2/√3 of it for "
+            "triangular and the patterns made from it (hexagonal, kagome, diagonal). Without --spacing it sets the "
+            "spacing in the same proportion.",
+        ),
     ] = None,
     pattern: Annotated[
         str,
@@ -73,7 +76,7 @@ def weave(
         typer.Option(
             parser=length,
             metavar="LENGTH",
-            help="Diameter of the rods; by default 1/24 of the spacing, or of the edges where they are shorter.",
+            help="Diameter of the rods; by default the thickest sold in which nearly all of them can be bent.",
         ),
     ] = None,
     material: Annotated[str, typer.Option(metavar="NAME", callback=known_material, help=_MATERIALS)] = "gfrp",
@@ -85,6 +88,9 @@ def weave(
             help="stacked, plain, or twill 2/2 and the like; by default what goes with the pattern.",
         ),
     ] = None,
+    free_rings: Annotated[
+        bool, typer.Option("--free-rings", help="Let rings leave their exact distance where that lets rods bend less.")
+    ] = False,
     layer: LayerNames = None,
     object_name: ObjectNames = None,
     edge_target: EdgeTarget = None,
@@ -106,13 +112,15 @@ def weave(
 
         pipeline.check_outputs(targets, overwrite=overwrite)
         tell(0.0, "reading")
+        if spacing is None and edge is not None:
+            spacing = Lengths((replace(edge, value=pipeline.spacing_for_edges(edge.value, pattern=pattern)),))
         surface = read_input(
             input_file,
             layers=layer,
             objects=object_name,
             plane=cut_plane,
             edge_target=edge_target,
-            spacing=spacing.least if spacing else edge,
+            spacing=spacing.least if spacing else None,
             time_limit=time_limit,
             progress=part_of(tell, 0.0, 0.1),
         )
@@ -121,10 +129,20 @@ def weave(
             borders=borders.values if borders else None,
             curves=curves_of(input_file, curve, unit=surface.unit, time_limit=time_limit) if curve else None,
         )
-        chosen, distance = _spacing(surface, spacing, edge)
-        latitudes = pipeline.offset(surface, spacing=distance, method=method, progress=part_of(tell, 0.1, 0.5))
+        latitudes = pipeline.offset(
+            surface,
+            spacing=spacing.in_unit(surface.unit) if spacing else None,
+            method=method,
+            progress=part_of(tell, 0.1, 0.5),
+        )
         edge_length = edge.in_unit(surface.unit) if edge else None
-        lattice = pipeline.link(latitudes, edge_length=edge_length, pattern=pattern, progress=part_of(tell, 0.5, 0.7))
+        lattice = pipeline.link(
+            latitudes,
+            edge_length=edge_length,
+            pattern=pattern,
+            free_rings=free_rings,
+            progress=part_of(tell, 0.5, 0.7),
+        )
         woven = pipeline.weave(
             lattice,
             rod_diameter=rod.in_unit(surface.unit) if rod else None,
@@ -145,17 +163,5 @@ def weave(
         )
         lines = pipeline.describe(woven)
     if not quiet:
-        notes = {"spacing": " (chosen; set it with --spacing)"} if chosen else {}
+        notes = {} if spacing else {"spacing": " (chosen; set it with --spacing)"}
         show_lines([(label, text + notes.get(label, "")) for label, text in lines] + written(targets))
-
-
-def _spacing(surface: "SurfaceMesh", spacing: Optional[Lengths], edge: Optional[Length]) -> tuple[bool, "Spacing"]:
-    """Whether the spacing was left to the program, and the spacing in the file's unit."""
-    from weavecore import pipeline
-
-    if spacing:
-        distances = spacing.in_unit(surface.unit)
-        return False, distances if len(distances) > 1 else distances[0]
-    if edge:
-        return False, pipeline.spacing_for_edges(edge.in_unit(surface.unit))
-    return True, pipeline.suggest_spacing(surface)

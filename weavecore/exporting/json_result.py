@@ -1,37 +1,53 @@
-"""The JSON result: one object with all that was made, for programs to read.
+"""The JSON result: one object with the value of every stage, for programs to read.
 
-All that the stages know is there, so that `weavecore.reading.formats.result_json` gives the same values back.
-Floats are written as the shortest text that reads back to the same bits; keys stand in a
-fixed order; there is no white space.  Indices count from 0.
-
-``latitudes.closed`` tells of each polyline whether it is closed; an open one begins and ends on a border edge from
-which no distance starts, or is an open origin.  ``surface.origins`` is there only where origins were chosen: the
-vertices of each in order, and whether it is closed; they are generation 0 of the latitudes.  Else that is the borders,
-and the cuts of a closed surface, which ``surface.cut`` has.
+`result.schema.json` beside this file describes every key, with shapes and units; `result_schema` reads it.
+`weavecore.reading.formats.result_json` gives the same values back.  Floats are the shortest text that reads back to the
+same bits; keys have a fixed order; there is no white space.  Indices count from 0.
 """
 
 from __future__ import annotations
 
 import json
+from importlib import resources
 from typing import Any
 
+import numpy as np
+
 from weavecore.exporting.product import Product, strand_lengths
-from weavecore.exporting.relaxed import equilibrium_entry
-from weavecore.exporting.woven import crossing_entries, joint_entries, rod_entries, weave_entry
-from weavecore.model import FAMILIES, Latitudes, Lattice, Strands, SurfaceMesh
+from weavecore.geometry.splines import DEGREE
+from weavecore.model import FAMILIES, Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
+
+FORMAT, VERSION = "weavecore", 1
+"""Keys ``format`` and ``version``; the version rises when a key changes its meaning."""
+
+_SCHEMA = "result.schema.json"
+
+
+def result_schema() -> dict[str, Any]:
+    """The JSON schema (draft 2020-12) of the JSON result."""
+    schema: dict[str, Any] = json.loads(resources.files("weavecore.exporting").joinpath(_SCHEMA).read_text("utf-8"))
+    return schema
 
 
 def encode_json(product: Product) -> bytes:
-    """The bytes of the JSON result.
+    """Write the JSON result.
+
+    Parameters
+    ----------
+    product : Product
+
+    Returns
+    -------
+    bytes
 
     Raises
     ------
     ValueError
-        Where a number is not finite: JSON has no word for it.
+        Where a number is not finite: JSON has none.
     """
     document: dict[str, Any] = {
-        "format": "weavecore",
-        "version": 1,
+        "format": FORMAT,
+        "version": VERSION,
         "unit": product.surface.unit,
         "tolerance": product.surface.tolerance,
         "parameters": dict(product.parameters),
@@ -44,14 +60,14 @@ def encode_json(product: Product) -> bytes:
         if product.strands is not None:
             document["strands"] = _strands(product.strands, product.lattice)
     if product.weave is not None:
-        rows = zip(document["strands"], product.weave.ids, rod_entries(product.weave))
+        rows = zip(document["strands"], product.weave.ids, _rod_entries(product.weave))
         document["strands"] = [{**strand, "id": name, **rod} for strand, name, rod in rows]
-        document["crossings"] = crossing_entries(product.weave)
-        document["joints"] = joint_entries(product.weave)
-        document["weave"] = weave_entry(product.weave)
+        document["crossings"] = _crossing_entries(product.weave)
+        document["joints"] = _joint_entries(product.weave)
+        document["weave"] = _weave_entry(product.weave)
     if product.equilibrium is not None:
-        document["equilibrium"] = equilibrium_entry(product.equilibrium)
-    # Ten megabytes a second slower with an indent, which also leaves the C encoder unused.
+        document["equilibrium"] = _equilibrium_entry(product.equilibrium)
+    # Without an indent, which would leave the C encoder unused.
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 
 
@@ -101,6 +117,7 @@ def _lattice(lattice: Lattice) -> dict[str, Any]:
         "edge_family": [FAMILIES[family] for family in lattice.edge_family.tolist()],
         "node_latitude": lattice.node_latitude.tolist(),
         "node_station": lattice.node_station.tolist(),
+        "off_latitudes": lattice.off_latitudes,
     }
 
 
@@ -110,3 +127,135 @@ def _strands(strands: Strands, lattice: Lattice) -> list[dict[str, Any]]:
         {"id": s, "family": FAMILIES[family], "nodes": strands.strand(s).tolist(), "closed": closed, "length": length}
         for s, (family, closed, length) in enumerate(rows)
     ]
+
+
+def _rod_entries(weave: Weave) -> list[dict[str, Any]]:
+    """The axis of each strand, and how it is bent."""
+    axes, bending = weave.axes, weave.bending
+    rows = []
+    for s in range(len(weave)):
+        knots, controls = axes.bspline(s)
+        part = slice(axes.offsets[s], axes.offsets[s + 1])
+        radius, largest = float(bending.min_radius[s]), float(bending.largest_diameter[s])
+        rows.append(
+            {
+                "axis_length": float(axes.lengths[s]),
+                "axis": {"degree": DEGREE, "knots": knots.tolist(), "controls": controls.tolist()},
+                "overhangs": axes.overhangs[s].tolist(),
+                "stations": axes.stations[part].tolist(),
+                "layer_offsets": axes.layer_offsets[part].tolist(),
+                # The radius of a straight rod is infinite, which JSON cannot hold.
+                "min_radius": radius if np.isfinite(radius) else None,
+                "station_at_min": float(bending.station_at_min[s]),
+                "point_at_min": bending.point_at_min[s].tolist(),
+                "utilisation": float(bending.utilisation[s]),
+                "largest_diameter": largest if np.isfinite(largest) else None,
+            }
+        )
+    return rows
+
+
+def _crossing_entries(weave: Weave) -> list[dict[str, Any]]:
+    """Each pair of rods at a joint."""
+    return [
+        {"node": node, "over": weave.ids[over], "under": weave.ids[under]}
+        for node, over, under in weave.crossings.tolist()
+    ]
+
+
+def _joint_entries(weave: Weave) -> list[dict[str, Any]]:
+    """The rods at each node from the innermost outwards, and the normal."""
+    joints, strands = weave.joints, weave.strands
+    normals = weave.normals[joints.node].tolist()
+    ids = [weave.ids[s] for s in joints.strand.tolist()]
+    place = (joints.visit - strands.offsets[joints.strand]).tolist()
+    starts = joints.offsets.tolist()
+    return [
+        {"node": node, "normal": normals[j], "order": ids[a:b], "places": place[a:b]}
+        for j, (node, a, b) in enumerate(zip(joints.node.tolist(), starts, starts[1:]))
+    ]
+
+
+def _weave_entry(weave: Weave) -> dict[str, Any]:
+    """What is common to all rods."""
+    material = weave.material
+    return {
+        "rod_diameter": weave.rod_diameter,
+        "over_under": weave.over_under,
+        "material": {
+            "name": material.name,
+            "modulus": material.modulus,
+            "strength": material.strength,
+            "factor": material.factor,
+            "density": material.density,
+            "source": material.source,
+        },
+        "normals": weave.normals.tolist(),
+        "ends_inside": weave.n_ends_inside,
+        "median_length": weave.median_length,
+        "conflicts": [
+            {"strand": weave.ids[s], "node": node, "node_before": before}
+            for s, node, before in weave.conflicts.tolist()
+        ],
+        "clashes": [
+            {"strands": [weave.ids[a], weave.ids[b]], "distance": distance, "point": point}
+            for (a, b), distance, point in zip(
+                weave.clashes.strands.tolist(), weave.clashes.distance.tolist(), weave.clashes.point.tolist()
+            )
+        ],
+    }
+
+
+def _equilibrium_entry(equilibrium: Equilibrium) -> dict[str, Any]:
+    """The rods at rest, the forces in them, and how far they moved."""
+    held = np.flatnonzero(equilibrium.is_supported)
+    factor = equilibrium.buckling_factor
+    return {
+        "converged": equilibrium.is_converged,
+        "stable": equilibrium.is_stable,
+        "negative_modes": equilibrium.n_negative,
+        "supports": equilibrium.supports,
+        "loads": equilibrium.loads,
+        "departure": {
+            "mean": equilibrium.departure_mean,
+            "p95": equilibrium.departure_p95,
+            "max": equilibrium.departure_max,
+            "nodes": equilibrium.departure.tolist(),
+        },
+        "stress_max": equilibrium.stress_max,
+        "utilisation_max": equilibrium.utilisation_max,
+        "tie_force_max": float(equilibrium.tie_force_size.max(initial=0.0)),
+        # JSON has no infinity: null where the loads never buckle the weave, and where no factor was asked for.
+        "buckling_factor": factor if factor is not None and np.isfinite(factor) else None,
+        "buckles": None if factor is None else bool(np.isfinite(factor)),
+        "energies": dict(equilibrium.energies),
+        "drawn_energy": equilibrium.drawn_energy,
+        "steps": equilibrium.n_steps,
+        "residual": equilibrium.residual,
+        "axes": _relaxed_entries(equilibrium),
+        "tie_forces": equilibrium.tie_force.tolist(),
+        "reactions": [
+            {"node": node, "force": force} for node, force in zip(held.tolist(), equilibrium.reaction[held].tolist())
+        ],
+    }
+
+
+def _relaxed_entries(equilibrium: Equilibrium) -> list[dict[str, Any]]:
+    """Points and forces along each rod."""
+    weave, offsets = equilibrium.weave, equilibrium.offsets
+    rows = []
+    for s, name in enumerate(weave.ids):
+        part = slice(offsets[s], offsets[s + 1])
+        visits = slice(weave.strands.offsets[s], weave.strands.offsets[s + 1])
+        rows.append(
+            {
+                "id": name,
+                "points": equilibrium.points[part].tolist(),
+                "drawn": equilibrium.drawn[part].tolist(),
+                "joints": (equilibrium.point_of_visit[visits] - offsets[s]).tolist(),
+                "axial_force": equilibrium.axial_force[part].tolist(),
+                "moment": equilibrium.moment[part].tolist(),
+                "stress": equilibrium.stress[part].tolist(),
+            }
+        )
+    return rows

@@ -1,14 +1,15 @@
-"""The writers, one a file ending, and the verb that finds the right one.
+"""The writers of files, one for each file ending.
 
-A writer is a function of a `Product` that gives the bytes of the file.  It touches no disk, so
-that a file is either written whole or not at all.
+A writer is a function of a `Product` that returns the bytes of the file.  It touches no disk, so
+that a file is either written whole or not at all.  `weavecore.pipeline` adds the writers of other
+folders: pictures and pages.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Optional
 
 from weavecore.errors import Unsupported
 from weavecore.exporting.json_result import encode_json
@@ -28,10 +29,33 @@ WRITERS: dict[str, Writer] = {
     ".off": encode_off,
     ".stl": encode_stl,
 }
+"""The writer of each ending, in lower case with its dot."""
+
+
+def register_writer(ending: str, writer: Writer) -> None:
+    """Add the writer of a file ending, or replace it.
+
+    Parameters
+    ----------
+    ending : str
+        In lower case with its dot: ``".png"``.
+    writer : callable
+        Takes a `Product` and returns bytes.
+    """
+    WRITERS[ending] = writer
 
 
 def writer_for(path: PathLike) -> Writer:
-    """The writer of the ending of ``path``, in whatever case.
+    """Find the writer for the ending of a path.
+
+    Parameters
+    ----------
+    path : path
+        Its ending may be in upper case.
+
+    Returns
+    -------
+    callable
 
     Raises
     ------
@@ -41,7 +65,7 @@ def writer_for(path: PathLike) -> Writer:
     ending = Path(path).suffix.lower()
     if ending not in WRITERS:
         raise Unsupported(
-            f"{path} has no ending that can be written", remedy=f"End the name with one of {', '.join(WRITERS)}."
+            f"{path} has no ending that can be written", remedy=f"Use one of the endings {', '.join(WRITERS)}."
         )
     return WRITERS[ending]
 
@@ -50,20 +74,24 @@ def encode(
     value: StageValue,
     path: PathLike,
     *,
-    strands: Strands | None = None,
-    parameters: Mapping[str, object] | None = None,
+    strands: Optional[Strands] = None,
+    parameters: Optional[Mapping[str, object]] = None,
 ) -> bytes:
-    """The bytes of the file that ``path`` names, by its ending.
+    """Write a stage's result in the format of a path's ending.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes or Lattice
+    value : SurfaceMesh, Latitudes, Lattice or Weave
     path : path
         Only its ending counts.
     strands : Strands, optional
         The rods of a lattice, written with it.
     parameters : mapping, optional
-        Options to be named in the file, besides those that the value knows.
+        Options to be named in the file, besides those that the value has.
+
+    Returns
+    -------
+    bytes
 
     Raises
     ------

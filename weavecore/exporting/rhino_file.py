@@ -1,85 +1,99 @@
-"""Rhino's .3dm: curves, points and mesh on named layers, ready to work on.
+"""Rhino's .3dm: curves, points and mesh on named layers.
 
-Layers: ``weave::latitudes::00`` and on by generation; ``weave::longitudes::00`` and on by the
-generation at which a strand begins; ``weave::pockets``; ``weave::nodes``; ``weave::lattice``.
-Of a weave, ``weave::rods::`` and a family have the axes of the rods too, coloured by how much they are
-bent.  A surface alone lies on ``weave::surface``.  Layers carry the colours, objects follow them.
-Closed polylines repeat their first point, as Rhino's do.
+::
+
+    weave::latitudes::00, 01, …     polylines by generation
+    weave::longitudes::00, 01, …    strands by the least generation they touch
+    weave::pockets                  strands of pockets
+    weave::rods::FAMILY             axes of the rods as NURBS curves, coloured by utilisation (of a weave)
+    equilibrium::rods::FAMILY       rods at rest as NURBS curves, coloured by their largest utilisation
+    equilibrium::supports           nodes that are held as one point cloud
+    weave::nodes, weave::lattice    nodes as one point cloud, faces as one mesh
+    weave::surface                  the mesh of a surface alone
+
+Objects have the colours of their layers, except rods.  Closed polylines repeat their first point, as Rhino's do.
 """
 
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
-from weavecore.exporting.product import Product, polygons_of, strand_lengths
-from weavecore.exporting.relaxed import add_relaxed
-from weavecore.exporting.rhino_document import Document
-from weavecore.exporting.woven import add_rods
+from weavecore.exporting.polygons import faces_of
+from weavecore.exporting.product import Product, strand_lengths
+from weavecore.exporting.rhino_builder import RhinoFileBuilder
 from weavecore.geometry.arrays import Floats
-from weavecore.model import FAMILIES, LATITUDINAL, LONGITUDINAL, Latitudes, Lattice, Strands, first_generations
-from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours
+from weavecore.model import (
+    FAMILIES,
+    LATITUDINAL,
+    LONGITUDINAL,
+    Equilibrium,
+    Latitudes,
+    Lattice,
+    Strands,
+    Weave,
+    first_generations,
+)
+from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours, utilisation_colours
+
+_ROD_LAYERS = {"L": "latitudes", "A": "longitudes forward", "B": "longitudes back", "P": "pockets"}
+"""Layer of a rod by the first letter of its name."""
+
+_ROD_LAYER_COLOUR = (90, 90, 96)
+"""Colour of these layers; each rod has one of its own, by utilisation."""
 
 
 def encode_3dm(product: Product) -> bytes:
-    """The bytes of a .3dm file.
+    """Write a .3dm file.
+
+    Parameters
+    ----------
+    product : Product
+
+    Returns
+    -------
+    bytes
 
     Raises
     ------
     NotWritten
-        Where Rhino's library does not take an object, of which it says no more.
+        Where rhino3dm rejects an object, without a reason.
     """
-    document = Document(product.surface.unit, product.surface.tolerance, seed=_fingerprint(product))
+    builder = RhinoFileBuilder(product.surface.unit, product.surface.tolerance, seed=_fingerprint(product))
     if product.latitudes is None:
-        _add_faces(document, product, "surface", product.surface.name or "surface")
-        return document.encode()
-    _add_latitudes(document, product.latitudes)
+        _add_faces(builder, product, "surface", product.surface.name or "surface")
+        return builder.encode()
+    _add_latitudes(builder, product.latitudes)
     if product.lattice is not None:
         if product.strands is not None:
-            _add_strands(document, product.strands, product.lattice)
+            _add_strands(builder, product.strands, product.lattice)
         if product.weave is not None:
-            add_rods(document, product.weave)
+            _add_rods(builder, product.weave)
         if product.equilibrium is not None:
-            add_relaxed(document, product.equilibrium)
+            _add_equilibrium(builder, product.equilibrium)
         texts = {"pattern": product.lattice.pattern, "edge_length": product.lattice.edge_length}
-        document.add_points(product.lattice.nodes, document.layer("weave::nodes", NODES), "nodes", texts)
-        _add_faces(document, product, "lattice", "lattice")
-    return document.encode()
-
-
-def _fingerprint(product: Product) -> str:
-    """A text that tells this result from others, from the coordinates alone."""
-    digest = hashlib.sha256(product.surface.vertices.tobytes())
-    if product.latitudes is not None:
-        digest.update(product.latitudes.polylines.points.tobytes())
-    if product.lattice is not None:
-        digest.update(product.lattice.nodes.tobytes())
-    if product.weave is not None:
-        digest.update(product.weave.axes.points.tobytes())
-    return digest.hexdigest()
-
-
-def _add_faces(document: Document, product: Product, layer: str, name: str) -> None:
-    """Add the mesh, with the options that led to it."""
-    index = document.layer(f"weave::{layer}", SURFACE)
-    document.add_mesh(polygons_of(product, ".3dm"), index, name, product.parameters)
+        builder.add_points(product.lattice.nodes, builder.layer("weave::nodes", NODES), "nodes", texts)
+        _add_faces(builder, product, "lattice", "lattice")
+    return builder.encode()
 
 
 def _layer_of(family: str, generation: int, latitudes: Latitudes) -> str:
-    """The full path of a generation's layer, with so many digits that names sort as numbers do."""
+    """The full path of a generation's layer, with leading zeros so that names sort as numbers do."""
     digits = max(2, len(str(latitudes.n_generations - 1)))
     return f"weave::{family}::{generation:0{digits}d}"
 
 
-def _add_latitudes(document: Document, latitudes: Latitudes) -> None:
+def _add_latitudes(builder: RhinoFileBuilder, latitudes: Latitudes) -> None:
     parents: dict[int, list[int]] = {}
     for parent, child in latitudes.parents.tolist():
         parents.setdefault(child, []).append(parent)
     colours = latitude_colours(np.arange(latitudes.n_generations), latitudes.n_generations).tolist()
     figures = zip(latitudes.generation.tolist(), latitudes.distance.tolist(), latitudes.polylines.lengths.tolist())
     for p, (generation, distance, length) in enumerate(figures):
-        layer = document.layer(_layer_of("latitudes", generation, latitudes), tuple(colours[generation]))
+        layer = builder.layer(_layer_of("latitudes", generation, latitudes), tuple(colours[generation]))
         texts = {
             "id": p,
             "family": FAMILIES[LATITUDINAL],
@@ -88,24 +102,99 @@ def _add_latitudes(document: Document, latitudes: Latitudes) -> None:
             "distance": distance,
             "length": length,
         }
-        points = _drawn(latitudes.polylines.polyline(p), is_closed=bool(latitudes.polylines.closed[p]))
-        document.add_polyline(points, layer, f"latitude {p}", texts)
+        points = _closed_points(latitudes.polylines.polyline(p), is_closed=bool(latitudes.polylines.closed[p]))
+        builder.add_polyline(points, layer, f"latitude {p}", texts)
 
 
-def _add_strands(document: Document, strands: Strands, lattice: Lattice) -> None:
-    """Add the strands that bind the latitudes; the latitudinal ones run along the latitudes, which are there."""
+def _add_strands(builder: RhinoFileBuilder, strands: Strands, lattice: Lattice) -> None:
+    """Add all strands but the latitudinal ones, which run along the latitudes."""
     begins = first_generations(strands, lattice).tolist()
     lengths = strand_lengths(strands, lattice).tolist()
     for s in np.flatnonzero(strands.family != LATITUDINAL).tolist():
         family = int(strands.family[s])
         if family == LONGITUDINAL:
-            layer = document.layer(_layer_of("longitudes", begins[s], lattice.latitudes), LONGITUDES)
+            layer = builder.layer(_layer_of("longitudes", begins[s], lattice.latitudes), LONGITUDES)
         else:
-            layer = document.layer("weave::pockets", POCKETS)
+            layer = builder.layer("weave::pockets", POCKETS)
         texts = {"id": s, "family": FAMILIES[family], "generation": begins[s], "length": lengths[s]}
-        points = _drawn(lattice.nodes[strands.strand(s)], is_closed=bool(strands.closed[s]))
-        document.add_polyline(points, layer, f"strand {s}", texts)
+        points = _closed_points(lattice.nodes[strands.strand(s)], is_closed=bool(strands.closed[s]))
+        builder.add_polyline(points, layer, f"strand {s}", texts)
 
 
-def _drawn(points: Floats, *, is_closed: bool) -> Floats:
+def _closed_points(points: Floats, *, is_closed: bool) -> Floats:
+    """The points (n, 3), with the first one again at the end of a closed polyline."""
     return np.concatenate([points, points[:1]]) if is_closed else points
+
+
+def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
+    """Add the axes as NURBS curves of degree 3, one layer a family, coloured by utilisation."""
+    colours = utilisation_colours(weave.bending.utilisation).tolist()
+    bending = weave.bending
+    for s, name in enumerate(weave.ids):
+        layer = builder.layer(f"weave::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
+        knots, controls = weave.axes.bspline(s)
+        texts = {
+            "id": name,
+            "family": FAMILIES[int(weave.strands.family[s])],
+            "length": float(weave.axes.lengths[s]),
+            "diameter": weave.rod_diameter,
+            "material": weave.material.name,
+            "min_radius": float(bending.min_radius[s]),
+            "station_at_min": float(bending.station_at_min[s]),
+            "utilisation": float(bending.utilisation[s]),
+        }
+        builder.add_curve(knots, controls, layer, name, texts, tuple(colours[s]))
+
+
+def _add_equilibrium(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> None:
+    """Add the rods at rest as curves of degree 3, one layer a family, coloured by their largest utilisation."""
+    weave, offsets = equilibrium.weave, equilibrium.offsets
+    utilisation = np.maximum.reduceat(equilibrium.utilisation, offsets[:-1])
+    force = np.maximum.reduceat(np.abs(equilibrium.axial_force), offsets[:-1])
+    moment = np.maximum.reduceat(equilibrium.moment, offsets[:-1])
+    move = np.linalg.norm(equilibrium.points - equilibrium.drawn, axis=1)
+    departure = np.maximum.reduceat(move, offsets[:-1])
+    colours = utilisation_colours(utilisation).tolist()
+    for s, name in enumerate(weave.ids):
+        layer = builder.layer(f"equilibrium::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
+        points, is_closed = equilibrium.points[offsets[s] : offsets[s + 1]], bool(weave.strands.closed[s])
+        through = np.concatenate([points, points[:1]]) if is_closed else points
+        at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1))])
+        curve: Any = make_interp_spline(at, through, k=3, bc_type="periodic" if is_closed else "natural")
+        texts = {
+            "id": name,
+            "utilisation": float(utilisation[s]),
+            "axial_force_n": float(force[s]),
+            "moment_nm": float(moment[s]),
+            "departure": float(departure[s]),
+        }
+        builder.add_curve(curve.t, curve.c, layer, f"{name} at rest", texts, tuple(colours[s]))
+    _add_supports(builder, equilibrium)
+
+
+def _add_supports(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> None:
+    """Add the nodes that are held as one point cloud."""
+    held = equilibrium.weave.lattice.nodes[equilibrium.is_supported]
+    if len(held):
+        texts = {"supports": equilibrium.supports, "loads": equilibrium.loads}
+        builder.add_points(held, builder.layer("equilibrium::supports", _ROD_LAYER_COLOUR), "supports", texts)
+
+
+def _add_faces(builder: RhinoFileBuilder, product: Product, layer: str, name: str) -> None:
+    """Add the mesh, with the options of the result."""
+    index = builder.layer(f"weave::{layer}", SURFACE)
+    builder.add_mesh(faces_of(product, ".3dm"), index, name, product.parameters)
+
+
+def _fingerprint(product: Product) -> str:
+    """A hash of the coordinates, which differs from result to result."""
+    digest = hashlib.sha256(product.surface.vertices.tobytes())
+    if product.latitudes is not None:
+        digest.update(product.latitudes.polylines.points.tobytes())
+    if product.lattice is not None:
+        digest.update(product.lattice.nodes.tobytes())
+    if product.weave is not None:
+        digest.update(product.weave.axes.points.tobytes())
+    if product.equilibrium is not None:
+        digest.update(product.equilibrium.points.tobytes())
+    return digest.hexdigest()

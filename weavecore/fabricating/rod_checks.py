@@ -10,11 +10,18 @@ from scipy.interpolate import CubicSpline
 
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder, count_of, greatest_of
 from weavecore.fabricating.nesting import least_bars
-from weavecore.fabricating.plan import KG_PER_MM3, LABELS_PER_PIECE, OVERLAP, OVERLAP_DIAMETERS, SPLICE_UTILISATION
+from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, OVERLAP, OVERLAP_DIAMETERS, SPLICE_UTILISATION
 from weavecore.geometry.arrays import Floats
 
 _LENGTH_LIMIT = 0.1
 """How far the length of a rod may be from that of its axis, in millimetres: less than a saw's accuracy."""
+
+_RADIUS_LIMIT = 0.05
+"""How far the stated least radius of a rod may be above the one measured on its axis, as a part of that: the circle
+through three points that are a few millimetres apart is that close to the curve."""
+
+_STRAIGHT = 1e-9
+"""Curvature per millimetre below which an axis is straight."""
 
 _ROUNDING = 0.002
 """Numbers are written to a micrometre: the difference of two may be off by so many millimetres."""
@@ -53,7 +60,32 @@ def _check_lengths(folder: WrittenFolder) -> Iterator[CheckResult]:
     stated = dict(zip(rods["rod_id"], rods.floats("length").tolist()))
     off = np.abs(lengths - np.array([stated.get(rod, np.nan) for rod in axes.ids]))
     yield greatest_of("rod_length_off_its_axis_mm", off, _LENGTH_LIMIT, axes.ids)
-    yield greatest_of("rod_bending_utilisation", rods.floats("utilisation"), 1.0, rods["rod_id"])
+    yield from _check_bending(folder)
+
+
+def _check_bending(folder: WrittenFolder) -> Iterator[CheckResult]:
+    """Bending, measured again on the points of the axes."""
+    rods, axes = folder.table("rods"), folder.axes
+    closed = dict(zip(rods["rod_id"], rods["closed"]))
+    radius = {rod: _least_radius(axes.points[axes.rod(k)], closed.get(rod) == "yes") for k, rod in enumerate(axes.ids)}
+    measured = np.array([radius.get(rod, np.nan) for rod in rods["rod_id"]])
+    yield greatest_of("rod_bending_utilisation", rods.floats("allowed_radius") / measured, 1.0, rods["rod_id"])
+    stated = np.nan_to_num(rods.floats("min_radius"), nan=np.inf)
+    over = np.where(np.isinf(measured), 0.0, stated / measured - 1.0)
+    yield greatest_of("rod_min_radius_overstated", over, _RADIUS_LIMIT, rods["rod_id"])
+
+
+def _least_radius(points: Floats, closed: bool) -> float:
+    """The least radius of the circles through three points in a row of an axis (n, 3), infinite of a straight one."""
+    if closed and len(points) > 2:
+        points = np.concatenate([points[-2:-1], points])
+    if len(points) < 3:
+        return np.inf
+    a, b, c = points[:-2], points[1:-1], points[2:]
+    sides = np.linalg.norm(b - a, axis=1) * np.linalg.norm(c - b, axis=1) * np.linalg.norm(c - a, axis=1)
+    twice_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    curvature = float(np.divide(2.0 * twice_area, sides, out=np.zeros(len(a)), where=sides > 0).max())
+    return 1.0 / curvature if curvature > _STRAIGHT else np.inf
 
 
 def _arc_length(stations: Floats, points: Floats) -> float:

@@ -25,13 +25,13 @@ from typing import Optional
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.fabricating.plan import (
+from weavecore.fabricating.plan import RodPlan
+from weavecore.fabricating.workshop import (
     OVERLAP,
     OVERLAP_DIAMETERS,
     SLEEVE,
     SPLICE_UTILISATION,
     TAIL_DIAMETERS,
-    RodPlan,
     Workshop,
 )
 from weavecore.geometry.arrays import Floats

@@ -14,11 +14,12 @@ import numpy as np
 from weavecore.fabricating.csv_tables import Table, listed, mm, number, yes_no
 from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
 from weavecore.fabricating.nesting import Bar
-from weavecore.fabricating.plan import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, RodPlan, Workshop
+from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice, stagger
 from weavecore.fabricating.ties import Ties, size_of_tie
+from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, Workshop
 from weavecore.geometry.arrays import Floats, Ints, rows_of
-from weavecore.geometry.splines import cubic_points, sample_curves, span_ends
+from weavecore.geometry.splines import cubic_points, span_ends
 from weavecore.model import FAMILIES, BuildSequence
 
 _SAG = 0.02
@@ -27,6 +28,10 @@ tolerance that lengths are checked with."""
 
 _LONGEST_STEP = 50.0
 """Points of an axis are at most so many millimetres apart, also where it is straight."""
+
+AXIS_DIGITS = 6
+"""Points of the axes are written to a nanometre: their curvature is measured again from three points in a row, which
+lie a few millimetres apart, and a micrometre would move a radius of 100 mm by percents."""
 
 _PROBES = 5
 """Directions of each cubic that its curvature is estimated from."""
@@ -85,7 +90,8 @@ def _rods_table(plan: RodPlan) -> Table:
     bending = weave.bending
     crossings = np.bincount(weave.joints.strand, minlength=len(weave))
     columns = (
-        "rod_id,family,generation,closed,length,n_crossings,min_radius,station_at_min,utilisation,material,diameter"
+        "rod_id,family,generation,closed,length,n_crossings,min_radius,station_at_min,utilisation,material,diameter,"
+        "allowed_radius"
     )
     rows = [
         (
@@ -100,6 +106,7 @@ def _rods_table(plan: RodPlan) -> Table:
             number(bending.utilisation[s], 4),
             weave.material.name,
             mm(plan.diameter),
+            mm(weave.material.least_bend * plan.diameter),
         )
         for s in range(len(weave))
     ]
@@ -200,7 +207,7 @@ def _axes_table(plan: RodPlan) -> Table:
     """Points along every axis, those at nodes among them."""
     points = _sample_axes(plan)
     rows = [
-        (plan.ids[rod], mm(station), mm(x), mm(y), mm(z), number(offset, 4))
+        (plan.ids[rod], mm(station), *(number(v, AXIS_DIGITS) for v in (x, y, z)), number(offset, 4))
         for rod, station, (x, y, z), offset in zip(
             points.rod.tolist(), points.stations.tolist(), points.points.tolist(), points.layer_offsets.tolist()
         )
@@ -236,32 +243,31 @@ class _AxisPoints:
 def _sample_axes(plan: RodPlan) -> _AxisPoints:
     """Sample all axes; the visits are among the points."""
     axes = plan.axes
-    samples = sample_curves(
-        axes.points, axes.derivatives, axes.parameters, axes.offsets, axes.closed, axes.ends, step=_steps(plan)
-    )
+    samples = axes.samples(_steps(plan))
     rod = rows_of(samples.offsets)
-    given = np.flatnonzero(samples.is_given)
-    # With a gap between rods, the stations of all of them are one rising sequence to interpolate in.
+    visits = np.flatnonzero(samples.is_given)
+    # The visits keep the stations that the marks have, to the last bit.
+    stations = samples.stations.copy()
+    stations[visits] = axes.stations
+    ends = samples.offsets[1:] - 1
+    stations[ends] = axes.lengths
+    # Layers: from visit to visit, level beyond the outermost ones, and back to the first around a ring.
+    known = np.concatenate([visits, samples.offsets[:-1], ends])
+    first, last = axes.offsets[:-1], axes.offsets[1:] - 1
+    layers = axes.layer_offsets[np.concatenate([np.arange(len(visits)), first, np.where(axes.closed, first, last)])]
+    order = np.argsort(known, kind="stable")
     base = np.concatenate([[0.0], np.cumsum(axes.lengths + 1.0)])[:-1]
-    is_end = samples.offsets[1:][axes.closed] - 1
-    known = np.sort(np.concatenate([given, is_end]))
-    visit = np.searchsorted(given, known)
-    visit[np.searchsorted(known, is_end)] = axes.offsets[:-1][axes.closed]
-    station = axes.stations[visit]
-    station[np.searchsorted(known, is_end)] = axes.lengths[axes.closed]
-    place = base[rod] + samples.stations
-    # The visits keep the stations of the marks to the last bit; those between are interpolated.
-    stations = np.interp(place, place[known], base[rod[known]] + station) - base[rod]
-    stations[known] = station
-    heights = np.interp(place, place[known], axes.layer_offsets[visit])
+    place = base[rod] + stations
+    heights = np.interp(place, place[known[order]], layers[order])
     return _AxisPoints(rod, stations, samples.points, heights)
 
 
 def _steps(plan: RodPlan) -> Floats:
     """(n,) for each cubic of `span_ends`, how far apart its points may be."""
     axes = plan.axes
-    start, stop, width = span_ends(axes.parameters, axes.offsets, axes.closed, axes.ends)
-    ends = (axes.points[start], axes.points[stop], axes.derivatives[start], axes.derivatives[stop])
+    rows = axes.rows
+    start, stop, width = span_ends(rows.parameters, rows.offsets, axes.closed, rows.ends)
+    ends = (rows.points[start], rows.points[stop], rows.derivatives[start], rows.derivatives[stop])
     slopes = [cubic_points(*ends, width, np.full(len(start), t))[1] for t in np.linspace(0, 1, _PROBES)]
     unit = [slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny) for slope in slopes]
     turn = np.max([np.linalg.norm(b - a, axis=1) for a, b in zip(unit, unit[1:])], axis=0)

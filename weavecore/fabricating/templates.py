@@ -20,8 +20,9 @@ from dataclasses import dataclass, field, replace
 from typing import Optional
 
 from weavecore.fabricating.marks import OVER, UNDER, Mark
-from weavecore.fabricating.plan import PAPERS, RodPlan
+from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice
+from weavecore.fabricating.workshop import PAPERS
 
 ROD, TICKS, LABELS, NAMES, SPLICES, SCALE = "ROD", "TICKS", "LABELS", "NAMES", "SPLICES", "SCALE"
 LAYERS = {

@@ -17,12 +17,13 @@ from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.folder_report import check_files, encode_report, summarize_checks
 from weavecore.fabricating.marks import mark_pieces
 from weavecore.fabricating.nesting import nest_pieces
-from weavecore.fabricating.plan import DXF, PDF, SVG, TEMPLATES, RodPlan, Workshop, plan_rods
+from weavecore.fabricating.plan import RodPlan, plan_rods
 from weavecore.fabricating.splices import cut_rods
 from weavecore.fabricating.tables import CutList, build_tables
 from weavecore.fabricating.template_files import encode_dxf, encode_pdf, encode_svg, import_optional
 from weavecore.fabricating.templates import draw_pages, draw_roll, moved_to_origin, strips_of
 from weavecore.fabricating.ties import find_ties
+from weavecore.fabricating.workshop import DXF, PDF, SVG, TEMPLATES, Workshop
 from weavecore.model import BuildSequence, Weave
 
 Progress = Callable[[float, str], None]

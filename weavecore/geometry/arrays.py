@@ -1,7 +1,12 @@
-"""Freezing arrays, and the arithmetic of ragged ones.
+"""Read-only arrays, ragged arrays, permutations and connected components: the array helpers of the package.
 
-A *ragged* array is many short arrays end to end in ``values``, with ``offsets``
-(P+1,) telling where each begins, in the manner of shapely 2.
+A *ragged* array is many short rows end to end in one array ``values``, with ``offsets`` (P+1,): row ``p`` is
+``values[offsets[p]:offsets[p + 1]]``, as in shapely 2::
+
+    values   a b c d e f g        offsets  0 3 3 7
+             row 0 |  row 2       (row 1 is empty)
+
+Everything here takes linear time, or the time of one sort.
 """
 
 from __future__ import annotations
@@ -10,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 Floats = NDArray[np.float64]
@@ -19,7 +24,26 @@ Bools = NDArray[np.bool_]
 
 
 def frozen(values: ArrayLike, dtype: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Return a read-only, contiguous copy of ``values`` with the given dtype and shape (-1 = any)."""
+    """Copy an array and make the copy read-only.
+
+    Parameters
+    ----------
+    values : array_like
+    dtype : data-type
+        Of the copy.
+    shape : tuple of int
+        Expected shape; -1 where any length is allowed.
+
+    Returns
+    -------
+    ndarray
+        Read-only and contiguous in C order.
+
+    Raises
+    ------
+    ValueError
+        If the values have another shape.
+    """
     array = np.array(values, dtype=dtype, order="C", copy=True)
     if array.size == 0:
         array = array.reshape([max(n, 0) for n in shape])
@@ -29,18 +53,85 @@ def frozen(values: ArrayLike, dtype: Any, shape: tuple[int, ...]) -> NDArray[Any
     return array
 
 
+# Ragged arrays
+
+
 def offsets_of(counts: ArrayLike) -> Ints:
-    """Offsets (P+1,) of ragged rows with the given lengths (P,)."""
+    """Offsets of ragged rows from their lengths.
+
+    Parameters
+    ----------
+    counts : (P,) array_like of int
+
+    Returns
+    -------
+    (P+1,) int64
+    """
     return np.concatenate([[0], np.cumsum(np.asarray(counts, np.int64))]).astype(np.int64)
 
 
 def rows_of(offsets: Ints) -> Ints:
-    """For each value of a ragged array the row that it belongs to."""
+    """Row of each value of a ragged array.
+
+    Parameters
+    ----------
+    offsets : (P+1,) int64
+
+    Returns
+    -------
+    (N,) int64
+    """
     return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
 
 
+def ranks_in_rows(counts: Ints) -> Ints:
+    """Position of each value within its row: 0, 1, … for every row.
+
+    Parameters
+    ----------
+    counts : (P,) int64
+        Lengths of the rows.
+
+    Returns
+    -------
+    (N,) int64
+    """
+    counts = np.asarray(counts, np.int64)
+    ends = np.cumsum(counts)
+    ranks: Ints = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - counts, counts)
+    return ranks
+
+
+def ranges(starts: Ints, counts: Ints) -> Ints:
+    """Many runs of consecutive indices, end to end: the gather index for chosen rows of a ragged array.
+
+    Parameters
+    ----------
+    starts : (P,) int64
+        First index of each run.
+    counts : (P,) int64
+        Length of each run.
+
+    Returns
+    -------
+    (N,) int64
+        ``starts[0], starts[0] + 1, …, starts[1], …``; row ``p`` of the result has ``counts[p]`` values.
+    """
+    run: Ints = np.repeat(starts, counts) + ranks_in_rows(counts)
+    return run
+
+
 def sorted_unique(values: Ints) -> Ints:
-    """The different values, rising; faster than hashing them where they are few."""
+    """Different values in rising order; faster than hashing where they are few.
+
+    Parameters
+    ----------
+    values : (N,) int64
+
+    Returns
+    -------
+    (K,) int64
+    """
     ordered = np.sort(values)
     keep = np.ones(len(ordered), bool)
     keep[1:] = ordered[1:] != ordered[:-1]
@@ -48,22 +139,63 @@ def sorted_unique(values: Ints) -> Ints:
     return unique
 
 
+# Closed loops and permutations
+
+
 def next_in_loop(offsets: Ints) -> Ints:
-    """For each value of a ragged array of closed loops the index of the next one around its loop."""
+    """Index of the following value around each row of a ragged array, the first after the last.
+
+    Parameters
+    ----------
+    offsets : (P+1,) int64
+
+    Returns
+    -------
+    (N,) int64
+        A permutation.
+    """
     after = np.arange(1, offsets[-1] + 1)
     filled = np.diff(offsets) > 0
     after[offsets[1:][filled] - 1] = offsets[:-1][filled]
     return after
 
 
-# ----------------------------------------------------------------------
-# The cycles of a permutation, in order.
+def previous_in_loop(offsets: Ints) -> Ints:
+    """Index of the preceding value around each row of a ragged array, the last before the first.
+
+    Parameters
+    ----------
+    offsets : (P+1,) int64
+
+    Returns
+    -------
+    (N,) int64
+        The inverse of `next_in_loop`.
+    """
+    return inverted(next_in_loop(offsets))
+
+
+def inverted(permutation: Ints) -> Ints:
+    """Inverse of a permutation.
+
+    Parameters
+    ----------
+    permutation : (n,) int64
+        Each of 0 … n - 1 once.
+
+    Returns
+    -------
+    (n,) int64
+    """
+    inverse = np.empty(len(permutation), np.int64)
+    inverse[permutation] = np.arange(len(permutation))
+    return inverse
 
 
 def order_cycles(after: Ints) -> tuple[Ints, Ints]:
-    """Each cycle of ``after`` from its least element on; cycles by that element.
+    """Cycles of a permutation, each from its least element on, in the order of these elements.
 
-    The cycles are opened and strung one behind the other, so that one walk, in compiled code,
+    The cycles are opened and chained one behind the other, so that one breadth-first walk, in compiled code,
     orders them all.
 
     Parameters
@@ -80,37 +212,81 @@ def order_cycles(after: Ints) -> tuple[Ints, Ints]:
     n = len(after)
     if n == 0:
         return np.zeros(0, np.int64), np.zeros(1, np.int64)
-    count, label = connected_components(_pointers(after), directed=False)
     index = np.arange(n)
+    count, label = connected(index, after, n)
     first = np.empty(count, np.int64)
     first[label[::-1]] = index[::-1]
     rank = np.argsort(first, kind="stable")
     starts = first[rank]
-    before = np.empty(n, np.int64)
-    before[after] = index
     follower = after.copy()
-    follower[before[starts]] = np.roll(starts, -1)
-    order = breadth_first_order(_pointers(follower), starts[0], return_predecessors=False)
-    return order.astype(np.int64), offsets_of(np.bincount(label, minlength=count)[rank])
+    follower[inverted(after)[starts]] = np.roll(starts, -1)
+    order = follow(follower, int(starts[0]))
+    return order, offsets_of(np.bincount(label, minlength=count)[rank])
 
 
-def _pointers(after: Ints) -> csr_matrix:
+def follow(after: Ints, start: int) -> Ints:
+    """Elements in the order in which pointers visit them, in compiled code.
+
+    Parameters
+    ----------
+    after : (n,) int64
+        The element that each one points to.
+    start : int
+
+    Returns
+    -------
+    (k,) int64
+        ``start`` and all that follow it, each once.
+    """
     n = len(after)
-    return csr_matrix((np.ones(n, np.int8), after, np.arange(n + 1)), shape=(n, n))
+    pointers = csr_matrix((np.ones(n, np.int8), after, np.arange(n + 1)), shape=(n, n))
+    order = breadth_first_order(pointers, start, return_predecessors=False)
+    return np.asarray(order, np.int64)
 
 
-# ----------------------------------------------------------------------
-# Rows of an array that are equal, found by sorting one hash of each instead of the rows.
+# Graphs
 
-_ODD = np.uint64(0x9E3779B97F4A7C15)
+
+def connected(a: Ints, b: Ints, n: int) -> tuple[int, Ints]:
+    """Connected components of an undirected graph.
+
+    Parameters
+    ----------
+    a, b : (m,) int64
+        Ends of its edges.
+    n : int
+        Number of its nodes.
+
+    Returns
+    -------
+    count : int
+    label : (n,) int64
+        Component of each node; components are numbered by their least node.
+    """
+    links = coo_matrix((np.ones(len(a), bool), (a, b)), shape=(n, n))
+    count, label = connected_components(links, directed=False)
+    return int(count), label.astype(np.int64)
+
+
+# Equal rows
+
+_ODD = np.uint64(0x9E3779B97F4A7C15)  # the golden ratio in 64 bits (Knuth, TAOCP 3, §6.4): spreads near keys
 _SHIFT = np.uint64(32)
 
 
 def first_equal_row(rows: NDArray[np.uint64]) -> Ints:
-    """For each row (N, K) the least index of a row equal to it (N,).
+    """Least index of an equal row, for each row of a table.
 
-    Sorting one number a row is four times as fast as sorting rows.  Where two different
-    rows have the same hash, the rows are sorted after all.
+    Sorting one hash a row is four times as fast as sorting rows.  Where two different rows have the same
+    hash, the rows are sorted after all.
+
+    Parameters
+    ----------
+    rows : (N, K) uint64
+
+    Returns
+    -------
+    (N,) int64
     """
     if len(rows) == 0:
         return np.empty(0, np.int64)
@@ -127,7 +303,16 @@ def first_equal_row(rows: NDArray[np.uint64]) -> Ints:
 
 
 def first_equal_point(points: Floats) -> Ints:
-    """For each point (N, 3) the least index of one with the same coordinates; 0 and -0 are the same."""
+    """Least index of a point with the same coordinates, for each point; 0 and -0 are the same.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+
+    Returns
+    -------
+    (N,) int64
+    """
     return first_equal_row(np.ascontiguousarray(points + 0.0).view(np.uint64))
 
 

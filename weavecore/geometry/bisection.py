@@ -1,4 +1,16 @@
-"""Splitting the long edges of a triangle mesh in the middle."""
+r"""Bisection of the edges of a triangle mesh, and the faces beside them.
+
+A face with one, two or three split edges becomes two, three or four faces::
+
+        c             c               c              Of the two ways to divide the quad that two split
+       / \           / \             / \             edges leave, the one with the shorter diagonal is
+      /   \         /   m           m---m            taken.
+     /     \       / \ . \         / \ / \
+    a---m---b     a---m---b       a---m---b
+
+`bisect_long_edges` (after Rivara 1984) and `bisect_edges` work on triangles alone;  `split_edges` also updates twins,
+and keeps the numbers of old faces.  Work: linear in the triangles, for each round.
+"""
 
 from __future__ import annotations
 
@@ -7,36 +19,36 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, find_twins
 
-_MOST_ROUNDS = 40
+_MAX_ROUNDS = 40  # each halves the longest edges: a ratio of 2⁴⁰ between lengths
 
 
 def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[Floats, Ints, Ints]:
-    """Split inner edges until none is longer than ``longest``; edges of one triangle stay.
+    """Bisect inner edges until none is too long; edges of one triangle stay.
 
     Parameters
     ----------
     points : (N, 3) float64
     triangles : (T, 3) int64
     longest : float
-        Not less than the longest edge that stays is taken: others cannot be shorter than half of that.
+        Raised to the longest edge that stays: others cannot become shorter than half of that.
 
     Returns
     -------
     points : (N', 3) float64
-        The given points, then the new ones.
+        The old points, then the new ones.
     triangles : (T', 3) int64
     origin : (N',) int64
-        For each point one of the given ones in the same connected piece; itself if it was given.
+        For each point an old one in the same connected component; itself if it is old.
     """
     origin = np.arange(len(points))
     flag = _side_lengths(points, triangles) > longest
     longest = max(longest, _longest_border(points, triangles, flag))
-    settled = []
-    for _ in range(_MOST_ROUNDS):
+    done = []
+    for _ in range(_MAX_ROUNDS):
         flag &= _side_lengths(points, triangles) > longest
         # Long edges make long ones only in their own triangles.
         rests = ~flag.any(1)
-        settled.append(triangles[rests])
+        done.append(triangles[rests])
         triangles, flag = triangles[~rests], flag[~rests]
         n = len(points)
         points, triangles, ends = _bisect_sides(points, triangles, flag)
@@ -44,7 +56,7 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
         flag = np.ones(triangles.shape, bool)
         if len(points) == n:
             break
-    return points, np.concatenate([*settled, triangles]), origin
+    return points, np.concatenate([*done, triangles]), origin
 
 
 def _side_lengths(points: Floats, triangles: Ints) -> Floats:
@@ -58,7 +70,7 @@ def _side_lengths(points: Floats, triangles: Ints) -> Floats:
 
 
 def _longest_border(points: Floats, triangles: Ints, flag: Bools) -> float:
-    """The longest of the edges of one triangle among those with flagged sides."""
+    """The longest edge of one triangle among those with flagged sides."""
     side = np.flatnonzero(flag)
     single, count = np.unique(_keys(triangles).ravel()[side], return_counts=True)
     n = np.int64(triangles.max(initial=0) + 1)
@@ -75,23 +87,55 @@ def _keys(triangles: Ints) -> Ints:
 
 
 def unique_edges(triangles: Ints) -> tuple[Ints, Ints]:
-    """Edges (E, 2), the lesser point first, sorted; and the edge (T, 3) of each side of each triangle."""
+    """Edges of triangles, each once.
+
+    Parameters
+    ----------
+    triangles : (T, 3) int64
+
+    Returns
+    -------
+    edges : (E, 2) int64
+        The lesser point first, sorted.
+    of_side : (T, 3) int64
+        Edge of each side of each triangle.
+    """
     key, of_side = np.unique(_keys(triangles), return_inverse=True)
     n = np.int64(triangles.max(initial=0) + 1)
     return np.c_[key // n, key % n], of_side.reshape(-1, 3)
 
 
 def naked_edges(triangles: Ints) -> Ints:
-    """Those (e, 2) of the `unique_edges` that have one triangle only."""
+    """Edges with one triangle only.
+
+    Parameters
+    ----------
+    triangles : (T, 3) int64
+
+    Returns
+    -------
+    (e, 2) int64
+        Those of the `unique_edges`.
+    """
     edges, of_side = unique_edges(triangles)
     naked: Ints = edges[np.bincount(of_side.ravel(), minlength=len(edges)) == 1]
     return naked
 
 
 def bisect_edges(points: Floats, triangles: Ints, chosen: Bools) -> tuple[Floats, Ints, Ints]:
-    """Split the chosen ones (E,) of the `unique_edges` in the middle; edges of one triangle stay.
+    """Bisect chosen edges; edges of one triangle stay.
 
-    Returns what `bisect_long_edges` does.
+    Parameters
+    ----------
+    points : (N, 3) float64
+    triangles : (T, 3) int64
+    chosen : (E,) bool
+        Of the `unique_edges`.
+
+    Returns
+    -------
+    points, triangles, origin
+        As of `bisect_long_edges`.
     """
     points, triangles, ends = _bisect_sides(points, triangles, chosen[unique_edges(triangles)[1]])
     return points, triangles, np.concatenate([np.arange(len(points) - len(ends)), ends])
@@ -140,12 +184,9 @@ def _turned(triangles: Ints, middle: Ints, first: Ints) -> tuple[tuple[Ints, ...
     return tuple(triangles[row, k] for k in turns), tuple(middle[row, k] for k in turns)
 
 
-# ----------------------------------------------------------------------
-# Splitting edges of a triangle mesh at given points, and the faces beside them.
-
 NOT_SPLIT = -1
 
-# The parts of a face by its corners 0, 1, 2 and the middles 3, 4, 5 of its edges from these.
+# Parts of a face by its corners 0, 1, 2 and the points 3, 4, 5 on the edges that start at these.
 _HALVES = [[0, 3, 2], [3, 1, 2]]
 _CORNER_AND_HALVES = [[3, 1, 4], [0, 3, 2], [3, 4, 2]]
 _CORNER_AND_OTHER_HALVES = [[3, 1, 4], [0, 3, 4], [0, 4, 2]]

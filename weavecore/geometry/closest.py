@@ -1,4 +1,11 @@
-"""The closest face of a triangle mesh, exactly, however uneven the mesh."""
+"""Closest points: of a triangle mesh, of triangles, and between segments.
+
+The nearest vertex bounds the distance to the mesh, so a closest face has its centroid no further than that bound plus
+the face's radius; a k-d tree of centroids gives the candidates, and the exact distance decides.  Faces of like size
+(a factor of two) are searched together, so that a few large ones do not widen the search among the small.
+
+Work: for each point the logarithm of the faces, and its candidates.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +16,9 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
 
-_POINTS_AT_ONCE = 4096
+_POINTS_AT_ONCE = 4096  # bounds the memory of the candidates
+_TINY = np.finfo(float).tiny
+_PARALLEL = 1e-12  # squared sine of the angle of segments that count as parallel
 
 
 class FaceFinder:
@@ -27,27 +36,34 @@ class FaceFinder:
         self._corners = vertices[faces]
         middle = self._corners.mean(1)
         radius = np.linalg.norm(self._corners - middle[:, None], axis=2).max(1)
-        # The nearest vertex bounds the distance, so a closest face has its middle no further than
-        # that and its own radius.  Faces of like size are searched together: a few large ones
-        # must not widen the search among the small.
         size = np.frexp(radius)[1]
         classes = [np.flatnonzero(size == s) for s in np.unique(size)]
         self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in classes]
         self._vertices = cKDTree(vertices[np.unique(faces)])
 
     def find(self, points: Floats) -> tuple[Ints, Floats]:
-        """The closest face of each point, and the place on it; see `closest_faces`."""
+        """Find the closest face of each point; see `closest_faces`.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+
+        Returns
+        -------
+        face : (n,) int64
+        place : (n, 3) float64
+        """
         bound = np.asarray(self._vertices.query(points)[0], np.float64)
         best = np.zeros(len(points), np.int64)
         place = np.zeros((len(points), 3))
         for begin in range(0, len(points), _POINTS_AT_ONCE):
             block = slice(begin, begin + _POINTS_AT_ONCE)
             row, face = _candidates(points[block], bound[block], self._trees)
-            foot = nearest_on_triangles(points[block][row], self._corners[face])
-            gap = np.linalg.norm(foot - points[block][row], axis=1)
+            nearest = nearest_on_triangles(points[block][row], self._corners[face])
+            gap = np.linalg.norm(nearest - points[block][row], axis=1)
             order = np.lexsort((face, gap, row))
             first = order[np.unique(row[order], return_index=True)[1]]
-            best[block], place[block] = face[first], foot[first]
+            best[block], place[block] = face[first], nearest[first]
         return best, place
 
 
@@ -81,7 +97,18 @@ def _candidates(points: Floats, bound: Floats, trees: list[tuple[Ints, Any, floa
 
 
 def nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
-    """Nearest places (n, 3) of triangles (n, 3, 3), one for each point (n, 3); a triangle may be flat."""
+    """Nearest place of each triangle to its point.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    corners : (n, 3, 3) float64
+        Of one triangle for each point; it may have no area.
+
+    Returns
+    -------
+    (n, 3) float64
+    """
     a, b, c = (corners[:, k] for k in range(3))
     normal = np.cross(b - a, c - a)
     square = (normal * normal).sum(1)
@@ -95,30 +122,33 @@ def nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
         along = head - tail
         square = (along * along).sum(1)
         part = np.divide(((points - tail) * along).sum(1), square, out=np.zeros(len(points)), where=square > 0)
-        foot = tail + along * np.clip(part, 0, 1)[:, None]
-        distance = ((foot - points) ** 2).sum(1)
+        nearest = tail + along * np.clip(part, 0, 1)[:, None]
+        distance = ((nearest - points) ** 2).sum(1)
         closer = distance < gap
-        best[closer], gap[closer] = foot[closer], distance[closer]
+        best[closer], gap[closer] = nearest[closer], distance[closer]
     places: Floats = best
     return places
 
 
-# ----------------------------------------------------------------------
-# Distances between line segments.
-
-_TINY = np.finfo(float).tiny
-
-
 def segment_distances(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """Distance (n,) of each segment ab to its segment cd, and the middle (n, 3) between the nearest points.
+    """Distances between pairs of segments (Ericson 2005, *Real-Time Collision Detection*, §5.1.9).
 
-    Source: Ericson, *Real-Time Collision Detection*, §5.1.9.
+    Parameters
+    ----------
+    a, b, c, d : (n, 3) float64
+        Ends of the segments ab and cd.
+
+    Returns
+    -------
+    distance : (n,) float64
+    middle : (n, 3) float64
+        Midway between the nearest points.
     """
     u, v, w = b - a, d - c, a - c
     uu, vv, uv = (u * u).sum(1), (v * v).sum(1), (u * v).sum(1)
     uw, vw = (u * w).sum(1), (v * w).sum(1)
     det = uu * vv - uv * uv
-    s = np.clip(np.divide(uv * vw - uw * vv, det, out=np.zeros_like(det), where=det > 1e-12 * uu * vv), 0.0, 1.0)
+    s = np.clip(np.divide(uv * vw - uw * vv, det, out=np.zeros_like(det), where=det > _PARALLEL * uu * vv), 0.0, 1.0)
     t = np.clip((uv * s + vw) / np.maximum(vv, _TINY), 0.0, 1.0)
     s = np.clip((uv * t - uw) / np.maximum(uu, _TINY), 0.0, 1.0)
     p, q = a + u * s[:, None], c + v * t[:, None]

@@ -1,9 +1,18 @@
-"""Cutting a mesh along closed curves that run across its faces.
+r"""Cutting a triangle mesh along closed curves that run across its faces.
 
-A *mark* is a point of a curve.  Where a curve goes from one face to the next the mark splits
-the edge between them; where it bends or is divided within a face the mark splits nothing.
-What the curves leave of a face are its *cells*, each bounded by *parts*: pieces of the
-face's edges, and segments of the curves, one part for each side of a segment.
+A *mark* is a point of a curve.  Where a curve goes from one face to the next its mark splits the edge between them;
+where it bends or is divided inside a face its mark splits nothing.  Curves leave *cells* of a face, each bounded by
+*parts*: pieces of the face's edges, and one part for either side of each curve segment::
+
+            c
+           / \             marks x split the edges a-b... of the face; the segment x-x gives two parts, one forth (for
+          x---x            the cell on its left) and one back (for the cell on its right); the parts of each cell form
+         /     \           one cycle, counter-clockwise
+        a-------b
+
+Cells that share a part of an edge, and faces that are not cut, belong to the same *piece* of the mesh.
+
+Work: linear in the faces and marks, and one sort of the marks.
 """
 
 from __future__ import annotations
@@ -11,10 +20,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, next_in_loop, offsets_of, ranks_in_rows
 from weavecore.geometry.halfedges import NO_TWIN
 
 NONE = -1
@@ -47,8 +54,8 @@ class Marks:
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
-    """The cells of the faces that are cut, and the pieces of the mesh that the curves leave.
+class CellComplex:
+    """Cells of the faces that are cut, and the pieces of the mesh that the curves leave.
 
     Parameters
     ----------
@@ -99,7 +106,7 @@ class _Perimeters:
         self.offsets = offsets_of(count + 1)
         self.halfedge = np.repeat(own, count + 1)
         self.mark = np.full(self.offsets[-1], NONE, np.int64)
-        self.split_part = self.offsets[at] + 1 + np.arange(len(at)) - offsets_of(count)[at]
+        self.split_part = self.offsets[at] + 1 + ranks_in_rows(count)
         self.mark[self.split_part] = mark
         self.start = np.where(self.mark == NONE, faces.ravel()[self.halfedge], marks.vertex[self.mark])
         self.after = next_in_loop(self.offsets[::3])
@@ -141,7 +148,7 @@ def _is_first(values: Ints) -> Bools:
     return first
 
 
-def cut_along(faces: Ints, twins: Ints, marks: Marks) -> Cells:
+def cut_along(faces: Ints, twins: Ints, marks: Marks) -> CellComplex:
     """Cut a mesh along curves.
 
     Parameters
@@ -149,8 +156,11 @@ def cut_along(faces: Ints, twins: Ints, marks: Marks) -> Cells:
     faces : (F, 3) int64
     twins : (3F,) int64
     marks : Marks
-        Curves that do not cross and do not pass through vertices, but for those that run
-        along the border of the mesh.
+        Curves that do not cross and do not pass through vertices, except those that run along the border of the mesh.
+
+    Returns
+    -------
+    CellComplex
     """
     perimeters = _Perimeters(faces, twins, marks)
     segments = np.flatnonzero(marks.face != NONE)
@@ -159,7 +169,7 @@ def cut_along(faces: Ints, twins: Ints, marks: Marks) -> Cells:
         [perimeters.start[perimeters.after], marks.vertex[marks.after[segments]], marks.vertex[segments]]
     )
     follower = _followers(perimeters, marks, segments)
-    n_cells, cell = _components(np.arange(len(follower)), follower, len(follower))
+    n_cells, cell = connected(np.arange(len(follower)), follower, len(follower))
     piece = _join_pieces(faces, twins, perimeters, cell, n_cells)
     face_piece = piece[: len(faces)].copy()
     face_piece[perimeters.faces] = NONE
@@ -172,7 +182,7 @@ def cut_along(faces: Ints, twins: Ints, marks: Marks) -> Cells:
     edge_piece = np.repeat(face_piece, 3)
     first = perimeters.first_part(np.arange(3 * len(faces)))
     edge_piece[first != NONE] = cell_piece[cell[first[first != NONE]]]
-    return Cells(cell, follower, start, end, cell_piece, face_piece, left, right, edge_piece)
+    return CellComplex(cell, follower, start, end, cell_piece, face_piece, left, right, edge_piece)
 
 
 def _followers(perimeters: _Perimeters, marks: Marks, segments: Ints) -> Ints:
@@ -196,8 +206,8 @@ def _followers(perimeters: _Perimeters, marks: Marks, segments: Ints) -> Ints:
         part[~stays] = perimeters.at_mark(mark[~stays], marks.face[segments][~stays])
         return part
 
-    tip = marks.after[segments]
-    return np.concatenate([around, turn(tip, forth[tip]), turn(segments, back[marks.before[segments]])])
+    far = marks.after[segments]
+    return np.concatenate([around, turn(far, forth[far]), turn(segments, back[marks.before[segments]])])
 
 
 def _join_pieces(faces: Ints, twins: Ints, perimeters: _Perimeters, cell: Ints, n_cells: int) -> Ints:
@@ -212,10 +222,4 @@ def _join_pieces(faces: Ints, twins: Ints, perimeters: _Perimeters, cell: Ints, 
     beyond = np.where(opposite == NONE, across, len(faces) + cell[opposite])
     a = np.concatenate([h[whole] // 3, len(faces) + cell[parts]])
     b = np.concatenate([twins[h[whole]] // 3, beyond])
-    return _components(a, b, len(faces) + n_cells)[1]
-
-
-def _components(a: Ints, b: Ints, n: int) -> tuple[int, Ints]:
-    links = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
-    count, label = connected_components(links, directed=False)
-    return int(count), label.astype(np.int64)
+    return connected(a, b, len(faces) + n_cells)[1]

@@ -1,10 +1,19 @@
-"""Faces laid flat: the frames in which straight lines run over a mesh.
+r"""Straightest geodesics: the frames of halfedges, and straight walks over a mesh.
 
-The *frame* of halfedge ``h`` is the plane of its face: origin at the halfedge's tail, x along
-it, y into the face.  A line that leaves the face by another edge goes on straight in the frame
-of that edge's twin: the straightest geodesic of Polthier and Schmies (1998).
+The *frame* of halfedge ``h`` is the plane of its face: origin at the halfedge's tail, x along it, y into the face.  A
+line that leaves the face by another edge goes on straight in the frame of that edge's twin (Polthier and Schmies
+1998, *Straightest geodesics on polyhedral surfaces*)::
 
-A *wall* is a halfedge that no line crosses: the border, and the cuts of a closed surface.
+                  apex (apex_x, apex_y)
+                    *                          next       head -> apex, unit direction (next_x, next_y)
+      previous    /   \    next               previous   apex -> tail, unit direction (previous_x, previous_y)
+                /       \                     angle      of the face at the tail
+      tail     *---------* head   x ->
+              (0, 0)   (length, 0)
+
+No line crosses a *boundary halfedge*: the border, and the cuts of a closed surface.
+
+Work: linear in the halfedges, and in the faces that walks cross.
 """
 
 from __future__ import annotations
@@ -17,7 +26,11 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
 
 _INSIDE_EDGE = 1e-9  # lines cross an edge no nearer to its ends than this part of it
-_MOST_FACES_WALKED = 200
+_MAX_FACES_NEARBY = 200  # crossed by a walk of an edge or two: more only where faces are needles
+_MAX_FACES = 100_000  # crossed by a walk of any length, against walks that never end
+
+_INSIDE_FACE = 1e-7
+"""A walk ends no nearer to the side of its last face than this, in barycentric coordinates."""
 
 
 class Unfolding:
@@ -28,7 +41,7 @@ class Unfolding:
     vertices : (V, 3) float64
     faces : (F, 3) int64
     twins : (3F,) int64
-        -1 at walls.
+        -1 at boundary halfedges.
 
     Attributes
     ----------
@@ -37,8 +50,8 @@ class Unfolding:
     next_x, next_y, previous_x, previous_y : unit directions of the face's other halfedges in the frame
     angle : angle of the face at the halfedge's tail
     total_angle : (V,) sum of the angles at each vertex
-    on_wall : (V,) whether a vertex lies on a wall
-    excess : (V,) angle above a full turn at inner vertices, 0 on walls
+    on_boundary : (V,) whether a vertex lies on a boundary halfedge
+    excess : (V,) angle above a full turn at inner vertices, 0 on the boundary
     mean_length : (V,) mean length of the edges at each vertex
     roughness : float, how far nine in ten inner vertices are from flat at most: their angle off a full turn
     """
@@ -55,11 +68,13 @@ class Unfolding:
         self._lay_flat(edge)
         self.angle = np.arctan2(self.apex_y, self.apex_x)
         self.total_angle = np.bincount(self.tail, self.angle, n)
-        self.on_wall = np.zeros(n, bool)
-        wall = twins == NO_TWIN
-        self.on_wall[self.tail[wall]] = self.on_wall[self.head[wall]] = True
-        self.excess = np.where(self.on_wall, 0.0, self.total_angle - 2 * np.pi)
-        self.roughness = float(np.quantile(np.abs(self.excess[~self.on_wall]), 0.9)) if not self.on_wall.all() else 0.0
+        self.on_boundary = np.zeros(n, bool)
+        boundary = twins == NO_TWIN
+        self.on_boundary[self.tail[boundary]] = self.on_boundary[self.head[boundary]] = True
+        self.excess = np.where(self.on_boundary, 0.0, self.total_angle - 2 * np.pi)
+        self.roughness = (
+            float(np.quantile(np.abs(self.excess[~self.on_boundary]), 0.9)) if not self.on_boundary.all() else 0.0
+        )
         total = np.bincount(self.tail, self.length, n) + np.bincount(self.head, self.length, n)
         count = np.bincount(self.tail, minlength=n) + np.bincount(self.head, minlength=n)
         self.mean_length = total / np.maximum(count, 1)
@@ -76,14 +91,35 @@ class Unfolding:
         self._normal = cross / np.maximum(double_area, np.finfo(float).tiny)[:, None]
 
     def points(self, halfedge: Ints, along: Floats) -> Floats:
-        """Points (n, 3) at a length along halfedges."""
+        """Points along halfedges.
+
+        Parameters
+        ----------
+        halfedge : (n,) int64
+        along : (n,) float64
+            Length from the tail.
+
+        Returns
+        -------
+        (n, 3) float64
+        """
         tail = self.vertices[self.tail[halfedge]]
         part = (along / self.length[halfedge])[:, None]
         points: Floats = tail + part * (self.vertices[self.head[halfedge]] - tail)
         return points
 
     def directions(self, halfedge: Ints, x: Floats, y: Floats) -> Floats:
-        """Vectors (n, 3) of frame directions."""
+        """Directions of frames, in space.
+
+        Parameters
+        ----------
+        halfedge : (n,) int64
+        x, y : (n,) float64
+
+        Returns
+        -------
+        (n, 3) float64
+        """
         edge = self.vertices[self.head[halfedge]] - self.vertices[self.tail[halfedge]]
         axis = edge / self.length[halfedge][:, None]
         ax, ay, az = axis.T
@@ -93,14 +129,49 @@ class Unfolding:
         return vectors
 
     def across(self, halfedge: Ints, along: Floats, x: Floats, y: Floats) -> tuple[Ints, Floats, Floats, Floats]:
-        """The same point and direction on an edge in the frame of its twin (-1 at walls)."""
+        """The same point and direction on an edge in the frame of its twin.
+
+        Parameters
+        ----------
+        halfedge : (n,) int64
+        along : (n,) float64
+            Place on it.
+        x, y : (n,) float64
+            Direction in its frame.
+
+        Returns
+        -------
+        twin : (n,) int64
+            -1 at boundary halfedges.
+        along, x, y : (n,) float64
+        """
         return self.twin[halfedge], self.length[halfedge] - along, -x, -y
 
 
-def leave_face(
+def _leave_face(
     frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Where a line from inside a face leaves it: halfedge of the face, length, place on it, direction in its frame."""
+    """Find where lines from inside faces leave them.
+
+    Parameters
+    ----------
+    frames : Unfolding
+    halfedge : (n,) int64
+        Whose frame the rest is in.
+    px, py, ux, uy : (n,) float64
+        A point in the face, and a unit direction.
+
+    Returns
+    -------
+    edge : (n,) int64
+        Halfedge of the face that is left.
+    far : (n,) float64
+        Length of the way to it.
+    along : (n,) float64
+        Place on it, from its tail.
+    ux, uy : (n,) float64
+        The direction in its frame.
+    """
     length, apex_x, apex_y = frames.length[halfedge], frames.apex_x[halfedge], frames.apex_y[halfedge]
     nx, ny = frames.next_x[halfedge], frames.next_y[halfedge]
     qx, qy = frames.previous_x[halfedge], frames.previous_y[halfedge]
@@ -127,10 +198,11 @@ def leave_face(
 def walk_straight(
     frames: Unfolding, halfedge: Ints, px: Floats, ux: Floats, uy: Floats, far: Floats
 ) -> tuple[Ints, Floats, Floats, Floats, Floats, Bools]:
-    """Walk straight over the mesh from points on edges.
+    """Walk straight over a few faces from points on edges.
 
     Parameters
     ----------
+    frames : Unfolding
     halfedge : (n,) int64
     px : (n,) float64
         Place along the halfedge.
@@ -141,10 +213,12 @@ def walk_straight(
 
     Returns
     -------
-    halfedge, px, py, ux, uy : (n,)
-        Frame, place and direction of the end.
+    halfedge : (n,) int64
+        Whose frame the end is in.
+    px, py, ux, uy : (n,) float64
+        Place and direction of the end.
     arrived : (n,) bool
-        False where a wall was in the way.
+        False where a boundary halfedge was in the way.
     """
     at, x, y, dx, dy = halfedge.copy(), px.copy(), np.zeros(len(px)), ux.copy(), uy.copy()
     back = np.flatnonzero(uy < 0)
@@ -154,10 +228,10 @@ def walk_straight(
     at[back] = np.maximum(twin, 0)
     left = far.copy()
     active = np.flatnonzero(arrived)
-    for _ in range(_MOST_FACES_WALKED):
+    for _ in range(_MAX_FACES_NEARBY):
         if len(active) == 0:
             break
-        edge, reach, along, ex, ey = leave_face(frames, at[active], x[active], y[active], dx[active], dy[active])
+        edge, reach, along, ex, ey = _leave_face(frames, at[active], x[active], y[active], dx[active], dy[active])
         ends = reach >= left[active]
         stop, m = active[ends], left[active][ends]
         x[stop] += m * dx[stop]
@@ -178,30 +252,44 @@ def back_to_edge(
 ) -> tuple[Ints, Floats, Floats, Floats, Floats]:
     """Move a line that passes a point inside a face back to the edge by which it entered.
 
+    Parameters
+    ----------
+    frames : Unfolding
+    halfedge : (n,) int64
+    px, py, ux, uy : (n,) float64
+        Point and unit direction in the frame of the halfedge.
+
     Returns
     -------
-    halfedge, along, ux, uy : (n,)
-        Entry edge of the same face, place on it, direction in its frame.
+    halfedge : (n,) int64
+        Entry edge of the same face.
+    along, ux, uy : (n,) float64
+        Place on it, and the direction in its frame.
     back : (n,) float64
         How far the line was moved back.
     """
-    edge, far, along, ex, ey = leave_face(frames, halfedge, px, py, -ux, -uy)
+    edge, far, along, ex, ey = _leave_face(frames, halfedge, px, py, -ux, -uy)
     return edge, along, -ex, -ey, far
 
 
 def barycentric_at(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats) -> Floats:
-    """Weights (n, 3) of tail, head and apex at a place in the frame."""
+    """Barycentric coordinates of places in frames.
+
+    Parameters
+    ----------
+    frames : Unfolding
+    halfedge : (n,) int64
+    px, py : (n,) float64
+
+    Returns
+    -------
+    (n, 3) float64
+        Weights of tail, head and apex.
+    """
     apex = py / np.maximum(frames.apex_y[halfedge], np.finfo(float).tiny)
     head = (px - apex * frames.apex_x[halfedge]) / frames.length[halfedge]
     return np.stack([1 - head - apex, head, apex], axis=1)
 
-
-# ----------------------------------------------------------------------
-# Straight walks over a mesh, with every face that they pass: straightest geodesics as curves.
-
-_MOST_FACES = 100_000
-_INSIDE_FACE = 1e-7
-"""A walk ends no nearer to the side of its last face than this, in barycentric coordinates."""
 
 _Row = tuple[Ints, Ints, Floats, Floats, Floats, Floats]
 
@@ -221,10 +309,10 @@ class Walks:
         How far the walk had come at both ends.
     far : (n,) float64
         How far each walk came.
-    wall : (n,) int64
-        The halfedge of the wall that was in the way, -1 where none was.
-    wall_ux, wall_uy : (n,) float64
-        Direction in which the walk came to that wall, in the frame of the halfedge.
+    stopped_at : (n,) int64
+        The boundary halfedge that was in the way, -1 where none was.
+    stop_ux, stop_uy : (n,) float64
+        Direction in which the walk came to it, in its frame.
     """
 
     offsets: Ints
@@ -234,17 +322,17 @@ class Walks:
     begin: Floats
     finish: Floats
     far: Floats
-    wall: Ints
-    wall_ux: Floats
-    wall_uy: Floats
+    stopped_at: Ints
+    stop_ux: Floats
+    stop_uy: Floats
 
     def __len__(self) -> int:
         return len(self.far)
 
     @property
     def is_blocked(self) -> Bools:
-        """(n,) whether a wall was in the way."""
-        return np.asarray(self.wall != NO_TWIN)
+        """(n,) whether a boundary halfedge was in the way."""
+        return np.asarray(self.stopped_at != NO_TWIN)
 
     def take(self, chosen: Bools) -> Walks:
         """Some of the walks."""
@@ -258,28 +346,51 @@ class Walks:
             self.begin[rows],
             self.finish[rows],
             self.far[chosen],
-            self.wall[chosen],
-            self.wall_ux[chosen],
-            self.wall_uy[chosen],
+            self.stopped_at[chosen],
+            self.stop_ux[chosen],
+            self.stop_uy[chosen],
         )
 
 
-def in_face_order(weights: Floats, halfedge: Ints) -> Floats:
-    """Weights (n, 3) of tail, head and apex of halfedges, as barycentric coordinates in their faces."""
+def _in_face_order(weights: Floats, halfedge: Ints) -> Floats:
+    """Reorder weights of tail, head and apex to the corners of the face.
+
+    Parameters
+    ----------
+    weights : (n, 3) float64
+    halfedge : (n,) int64
+
+    Returns
+    -------
+    (n, 3) float64
+        Barycentric coordinates.
+    """
     columns = (np.arange(3) - (halfedge % 3)[:, None]) % 3
     return np.take_along_axis(weights, columns, 1)
 
 
 def on_halfedge(halfedge: Ints, part: Floats) -> Floats:
-    """Barycentric coordinates (n, 3), in their faces, of points on halfedges."""
-    return in_face_order(np.stack([1.0 - part, part, np.zeros_like(part)], axis=1), halfedge)
-
-
-def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats, far: Floats) -> Walks:
-    """Walk straight over the mesh and keep the way.
+    """Barycentric coordinates, in their faces, of points on halfedges.
 
     Parameters
     ----------
+    halfedge : (n,) int64
+    part : (n,) float64
+        From 0 at the tail to 1 at the head.
+
+    Returns
+    -------
+    (n, 3) float64
+    """
+    return _in_face_order(np.stack([1.0 - part, part, np.zeros_like(part)], axis=1), halfedge)
+
+
+def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floats, uy: Floats, far: Floats) -> Walks:
+    """Walk straight over the mesh and record every face on the way.
+
+    Parameters
+    ----------
+    frames : Unfolding
     halfedge : (n,) int64
     px, py : (n,) float64
         Place in the frame of the halfedge, in its face or on the halfedge.
@@ -288,39 +399,39 @@ def walk_far(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats, ux: Floa
     far : (n,) float64
         How far to walk.
 
-    Notes
-    -----
-    Polthier and Schmies 1998, *Straightest geodesics on polyhedral surfaces*.
+    Returns
+    -------
+    Walks
     """
     at, x, y, dx, dy = halfedge.copy(), px.copy(), py.copy(), ux.copy(), uy.copy()
-    gone, wall = np.zeros(len(at)), np.full(len(at), NO_TWIN)
-    wall_ux, wall_uy = np.zeros(len(at)), np.zeros(len(at))
+    gone, stopped_at = np.zeros(len(at)), np.full(len(at), NO_TWIN)
+    stop_ux, stop_uy = np.zeros(len(at)), np.zeros(len(at))
     active = np.arange(len(at))
     rows: list[_Row] = []
-    for _ in range(_MOST_FACES):
+    for _ in range(_MAX_FACES):
         if len(active) == 0 and rows:
             break
         h, begin = at[active], gone[active]
-        edge, reach, along, ex, ey = leave_face(frames, h, x[active], y[active], dx[active], dy[active])
-        start = in_face_order(barycentric_at(frames, h, x[active], y[active]), h)
+        edge, reach, along, ex, ey = _leave_face(frames, h, x[active], y[active], dx[active], dy[active])
+        start = _in_face_order(barycentric_at(frames, h, x[active], y[active]), h)
         ends = reach >= far[active] - begin
         step = np.where(ends, far[active] - begin, reach)
         inside = barycentric_at(frames, h, x[active] + step * dx[active], y[active] + step * dy[active])
         end = np.where(
-            ends[:, None], _kept_inside(in_face_order(inside, h)), on_halfedge(edge, along / frames.length[edge])
+            ends[:, None], _kept_inside(_in_face_order(inside, h)), on_halfedge(edge, along / frames.length[edge])
         )
         gone[active] += step
         rows.append((active, h // 3, start, end, begin, gone[active]))
         stuck = ~ends & (frames.twin[edge] == NO_TWIN)
-        at_wall = active[stuck]
-        wall[at_wall], wall_ux[at_wall], wall_uy[at_wall] = edge[stuck], ex[stuck], ey[stuck]
+        blocked = active[stuck]
+        stopped_at[blocked], stop_ux[blocked], stop_uy[blocked] = edge[stuck], ex[stuck], ey[stuck]
         twin, tx, ex, ey = frames.across(edge, along, ex, ey)
         onward = ~ends & (twin != NO_TWIN)
         active = active[onward]
         at[active], x[active], y[active] = twin[onward], tx[onward], 0.0
         dx[active], dy[active] = ex[onward], ey[onward]
     offsets, face, start, end, begin, finish = _gather(rows, len(gone))
-    return Walks(offsets, face, start, end, begin, finish, gone, wall, wall_ux, wall_uy)
+    return Walks(offsets, face, start, end, begin, finish, gone, stopped_at, stop_ux, stop_uy)
 
 
 def _gather(rows: list[_Row], n_walks: int) -> tuple[Ints, Ints, Floats, Floats, Floats, Floats]:
@@ -333,14 +444,26 @@ def _gather(rows: list[_Row], n_walks: int) -> tuple[Ints, Ints, Floats, Floats,
 
 
 def _kept_inside(weights: Floats) -> Floats:
-    """Barycentric coordinates moved off the sides of the face by a trifle."""
+    """Barycentric coordinates moved off the sides of the face by `_INSIDE_FACE`."""
     kept = np.maximum(weights, _INSIDE_FACE)
     inside: Floats = kept / kept.sum(1, keepdims=True)
     return inside
 
 
 def place_along(walks: Walks, far: Floats) -> tuple[Ints, Floats]:
-    """Face (n,) and barycentric coordinates (n, 3) of the places at which walks had come so far."""
+    """Places at which walks had come so far.
+
+    Parameters
+    ----------
+    walks : Walks
+    far : (n,) float64
+        A length along each walk.
+
+    Returns
+    -------
+    face : (n,) int64
+    barycentric : (n, 3) float64
+    """
     row = np.arange(len(walks.face))
     owner = np.repeat(np.arange(len(walks)), np.diff(walks.offsets))
     passed = np.bincount(owner[walks.finish < far[owner]], minlength=len(walks))

@@ -1,7 +1,18 @@
-"""Turning the inner edges of a triangulated surface while that pays, as until the angles are good (Lawson's flips).
+r"""Edge flips (Lawson 1977) and vertex shifts that improve a triangulated surface.
 
-Of the two triangles on an edge ``ab``, ``c`` is the third corner of the one on its left and ``d`` that of
-the other; turning the edge puts ``cd`` in its place.
+Of the two triangles on an edge ``ab``, ``c`` is the third corner on its left and ``d`` that on its right; a flip
+replaces ``ab`` by ``cd``::
+
+          c                   c
+        /   \               / | \            `turn_edges`   any gain, the greatest first
+       a --> b      ->      a  |  b            `flip_edges`   Delaunay in space, while a plane embedding stays one
+        \   /               \ | /
+          d                   d
+
+`flip_edges`, `wanted_shift` and `take_back_folds` relax patches that are also laid out in the plane: all triangles stay
+counter-clockwise there, so that a patch stays an embedding.  Several patches may be relaxed at once, as components.
+
+Work: linear in the triangles, for each round; a round flips an independent set of edges.
 """
 
 from __future__ import annotations
@@ -13,8 +24,15 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import find_twins, halfedge_ends, next_halfedge, previous_halfedge
 
-_MOST_ROUNDS = 100
-_LEAST_GAIN = 1e-6
+_MAX_TURN_ROUNDS = 100  # as long as a gain is left; a Delaunay triangulation needs some ten
+_MAX_FLIP_ROUNDS = 60
+_MAX_UNDO_ROUNDS = 6  # of vertices whose shifts are taken back, before all are
+
+_MIN_GAIN = 1e-6
+"""Radians or cotangents that a flip must gain: above what rounding changes, so that no edge flips to and fro."""
+
+_MIN_AREA_SHARE = 1e-3
+"""Of its quad's area in the plane, or of its own before a shift: what a triangle keeps at least."""
 
 Gain = Callable[[Ints, Ints, Ints, Ints, Ints], Floats]
 """What turning each edge gains, from all triangles and the corners a, b, c, d."""
@@ -64,7 +82,7 @@ def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain, *, one_a
         Each in the place of one of the two that it was made of.
     """
     triangles = triangles.copy()
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(_MAX_TURN_ROUNDS):
         h, t = _edges_to_turn(triangles, n_points, taken, gain, one_a_corner)
         if len(h) == 0:
             break
@@ -87,7 +105,7 @@ def _edges_to_turn(triangles: Ints, n_points: int, taken: Ints, gain: Gain, one_
     c, d = tail[previous_halfedge(h)], tail[previous_halfedge(t)]
     gained = gain(triangles, tail[h], head[h], c, d)
     new = np.minimum(c, d) * n + np.maximum(c, d)
-    able = (gained > _LEAST_GAIN) & (c != d) & ~_is_in(new, np.unique(key)) & ~_is_in(new, taken)
+    able = (gained > _MIN_GAIN) & (c != d) & ~_is_in(new, np.unique(key)) & ~_is_in(new, taken)
     h, t, gained, new = h[able], t[able], gained[able], new[able]
     # Greatest gains first; each new edge once; then those that are first in both their triangles.
     order = np.lexsort((h, -gained))
@@ -120,7 +138,18 @@ def _is_in(keys: Ints, ordered: Ints) -> Bools:
 
 
 def angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
-    """Angle at one corner of triangles."""
+    """Angle at one corner of triangles, in radians.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    apex, a, b : (n,) int64
+        The corner, and the other two.
+
+    Returns
+    -------
+    (n,) float64
+    """
     u, v = points[a] - points[apex], points[b] - points[apex]
     along: Floats = (u * v).sum(1)
     angle: Floats = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), along).astype(np.float64)
@@ -128,7 +157,18 @@ def angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
 
 
 def stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:
-    """Whether both new triangles look the way the two old ones look together."""
+    """Whether both triangles after a flip face the way the two before it face together.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    a, b, c, d : (n,) int64
+        As in the figure of this module.
+
+    Returns
+    -------
+    (n,) bool
+    """
     pa, pb, pc, pd = points[a], points[b], points[c], points[d]
     old = np.cross(pb - pa, pc - pa) + np.cross(pa - pb, pd - pb)
     one, other = np.cross(pa - pc, pd - pc), np.cross(pb - pd, pc - pd)
@@ -136,19 +176,19 @@ def stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:
     return upright
 
 
-# ----------------------------------------------------------------------
-# Edge flips and vertex shifts that make a triangulated surface patch well shaped in space.
-#
-# A patch lies in the plane as well: flips and shifts keep every triangle there counter-clockwise, so
-# that the patch stays an embedding.  Several patches may be relaxed at once, as separate components.
-
-_MOST_FLIP_ROUNDS = 60
-_LEAST_SHARE = 1e-3
-_TURN_BACK_ROUNDS = 6
-
-
 def doubled_areas(plane: Floats, faces: Ints) -> Floats:
-    """Twice the signed area (F,) of triangles in the plane."""
+    """Twice the signed areas of triangles in the plane.
+
+    Parameters
+    ----------
+    plane : (N, 2) float64
+    faces : (F, 3) int64
+
+    Returns
+    -------
+    (F,) float64
+        Positive for counter-clockwise ones.
+    """
     a, b, c = plane[faces[:, 0]], plane[faces[:, 1]], plane[faces[:, 2]]
     u, v = b - a, c - a
     areas: Floats = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -156,7 +196,17 @@ def doubled_areas(plane: Floats, faces: Ints) -> Floats:
 
 
 def corner_cotangents(points: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
-    """Cotangent of the angle at ``c`` of triangles (a, b, c) in space."""
+    """Cotangents of the angles at ``c`` of triangles in space.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    a, b, c : (n,) int64
+
+    Returns
+    -------
+    (n,) float64
+    """
     u, v = points[a] - points[c], points[b] - points[c]
     dot = np.einsum("ij,ij->i", u, v)
     cross = np.linalg.norm(np.cross(u, v), axis=1)
@@ -180,7 +230,7 @@ def flip_edges(faces: Ints, plane: Floats, points: Floats, names: Ints, held: In
     """
     faces = faces.copy()
     collapsed = _collapsed(names[faces])
-    for _ in range(_MOST_FLIP_ROUNDS):
+    for _ in range(_MAX_FLIP_ROUNDS):
         twins = find_twins(faces, len(plane))
         h = np.flatnonzero(twins > np.arange(len(twins)))
         h = h[~collapsed[h // 3] & ~collapsed[twins[h] // 3] & ~_are_held(faces, h, held, len(plane))]
@@ -223,8 +273,8 @@ def _flip_gains(faces: Ints, twins: Ints, h: Ints, plane: Floats, points: Floats
     one = doubled_areas(plane, np.column_stack([a, d, c]))
     other = doubled_areas(plane, np.column_stack([b, c, d]))
     # Of two diagonals that are equally good the one with the least vertex is kept, whatever the last bit says.
-    tied = (np.abs(gain) <= _LEAST_GAIN) & (np.minimum(c, d) < np.minimum(a, b))
-    good = ((gain > _LEAST_GAIN) | tied) & (np.minimum(one, other) > _LEAST_SHARE * (one + other))
+    tied = (np.abs(gain) <= _MIN_GAIN) & (np.minimum(c, d) < np.minimum(a, b))
+    good = ((gain > _MIN_GAIN) | tied) & (np.minimum(one, other) > _MIN_AREA_SHARE * (one + other))
     return gain[good], h[good]
 
 
@@ -251,10 +301,21 @@ def _apart(h: Ints, twins: Ints, gain: Floats, n_faces: int) -> Ints:
 
 
 def wanted_shift(faces: Ints, points: Floats, sizes: Floats) -> Floats:
-    """Shift (N, 3) of each vertex to the middle of its triangles, the coarser weighing less.
+    """Shift of each vertex to the weighted mean of the centroids of its triangles.
 
-    The triangles' centres weigh by area over the fourth power of the wanted edge length, which
-    drives the vertices towards triangles of that size (Du and Wang 2003).
+    The weights are area over the fourth power of the wanted edge length, which leads to triangles of that size (Du
+    and Wang 2003, centroidal Voronoi tessellation with a density).
+
+    Parameters
+    ----------
+    faces : (F, 3) int64
+    points : (N, 3) float64
+    sizes : (N,) float64
+        Wanted edge length at each vertex.
+
+    Returns
+    -------
+    (N, 3) float64
     """
     a, b, c = points[faces[:, 0]], points[faces[:, 1]], points[faces[:, 2]]
     weight = np.linalg.norm(np.cross(b - a, c - a), axis=1) / sizes[faces].mean(1) ** 4
@@ -271,10 +332,22 @@ def wanted_shift(faces: Ints, points: Floats, sizes: Floats) -> Floats:
 
 
 def take_back_folds(faces: Ints, before: Floats, after: Floats) -> Floats:
-    """The plane's new vertices (N, 2), those taken back whose shift would fold a triangle."""
+    """Take back the shifts that would turn a triangle over.
+
+    Parameters
+    ----------
+    faces : (F, 3) int64
+    before, after : (N, 2) float64
+        Vertices in the plane before and after the shift.
+
+    Returns
+    -------
+    (N, 2) float64
+        The vertices after it, those at inverted triangles as before.
+    """
     after = after.copy()
-    floor = _LEAST_SHARE * doubled_areas(before, faces)
-    for _ in range(_TURN_BACK_ROUNDS):
+    floor = _MIN_AREA_SHARE * doubled_areas(before, faces)
+    for _ in range(_MAX_UNDO_ROUNDS):
         folded = faces[doubled_areas(after, faces) <= floor].ravel()
         if len(folded) == 0:
             return after
@@ -283,7 +356,17 @@ def take_back_folds(faces: Ints, before: Floats, after: Floats) -> Floats:
 
 
 def least_angles(points: Floats, faces: Ints) -> Floats:
-    """The least angle (F,) of each triangle, in degrees."""
+    """Least angle of each triangle, in degrees.
+
+    Parameters
+    ----------
+    points : (N, 2) or (N, 3) float64
+    faces : (F, 3) int64
+
+    Returns
+    -------
+    (F,) float64
+    """
     corners = points[faces]
     angles = []
     for k in range(3):

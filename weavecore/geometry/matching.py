@@ -1,31 +1,41 @@
-"""Pairing things that like each other best."""
+"""Matching: pairs of things with the least cost.
+
+Greedy matching takes the cheapest pair first, in O(k log k) for k allowed pairs; the best matching (as many pairs as
+possible, then the least sum of costs) is an integer programme, solved by HiGHS.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, ranks_in_rows
 
 ALONE = -1
-_MOST_PAIRS = 20_000
-"""Above so many pairs that are allowed the best matching is not looked for: the time it takes has no bound."""
+_MAX_PAIRS = 20_000
+"""Allowed pairs up to which the best matching is computed: the time of an integer programme has no bound."""
 
 
 def match_greedily(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
-    """Partner (n,) of each of ``n`` things, -1 where it has none: the cheapest of the given pairs first.
+    """Pair things, the cheapest of the allowed pairs first.
 
     Parameters
     ----------
     one, other : (k,) int64
-        The pairs that are allowed.
+        The allowed pairs.
     cost : (k,) float64
         Where two cost the same, the pair with the lesser numbers goes first.
     n : int
+        How many things there are.
+
+    Returns
+    -------
+    (n,) int64
+        Partner of each, -1 where it has none.
     """
     partner = np.full(n, ALONE, np.int64)
     order = np.lexsort((other, one, cost))
     one, other = one[order], other[order]
-    # Pairs that are the cheapest for both are settled together; so a few rounds do.
+    # Pairs that are the cheapest for both are taken together; so a few rounds are enough.
     while len(one):
         rank = np.arange(len(one))
         best = np.full(n, len(one))
@@ -39,11 +49,19 @@ def match_greedily(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
 
 
 def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
-    """Partner (n,) of each of ``n`` things, -1 where it has none: as few as can be left alone, then the least sum.
+    """Pair things so that as few as possible stay alone, and then with the least sum of costs.
 
-    Arguments are those of `match_greedily`, which is what is done where there are very many pairs.
+    Parameters
+    ----------
+    one, other, cost, n
+        As of `match_greedily`, which also does the work if there are more than `_MAX_PAIRS` pairs.
+
+    Returns
+    -------
+    (n,) int64
+        Partner of each, -1 where it has none.
     """
-    if len(one) == 0 or len(one) > _MOST_PAIRS:
+    if len(one) == 0 or len(one) > _MAX_PAIRS:
         return match_greedily(one, other, cost, n)
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import coo_matrix
@@ -51,7 +69,7 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
     pair = np.arange(len(one))
     which = np.r_[one, other], np.r_[pair, pair]
     shares = coo_matrix((np.ones(2 * len(one)), which), shape=(n, len(one))).tocsr()
-    # A pair more is worth more than any that it makes dearer.
+    # One more pair outweighs all costs that it adds.
     reward = 2.0 * (1.0 + cost.max()) + cost.max() * np.sqrt(n)
     found = milp(
         cost - reward,
@@ -69,11 +87,20 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
 
 
 def pairs_of_equals(keys: Ints) -> tuple[Ints, Ints]:
-    """All pairs of positions with the same key, the lesser first."""
+    """Find all pairs of positions with the same key.
+
+    Parameters
+    ----------
+    keys : (n,) int64
+
+    Returns
+    -------
+    one, other : (k,) int64
+        The lesser position first.
+    """
     order = np.argsort(keys, kind="stable")
-    _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
-    rank = np.arange(len(keys)) - np.repeat(first, count)
-    behind = np.repeat(count, count) - 1 - rank
+    count = np.unique(keys[order], return_counts=True)[1]
+    behind = np.repeat(count, count) - 1 - ranks_in_rows(count)
     one = np.repeat(np.arange(len(keys)), behind)
-    other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(behind) - behind, behind)
+    other = one + 1 + ranks_in_rows(behind)
     return order[one], order[other]

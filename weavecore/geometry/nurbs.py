@@ -1,24 +1,52 @@
-"""NURBS curves and surfaces as arrays, evaluated many parameters at a time.
+"""NURBS curves and surfaces as arrays, evaluated at many parameters at a time.
 
-Control points are *homogeneous*: ``(w·x, w·y, w·z, w)``.  Knots are in full form,
-``len(knots) == number of control points + degree + 1``.
+A rational B-spline surface of degrees p and q with control points P_ij, weights w_ij and B-spline basis functions
+N_i and M_j is the projection of a B-spline surface in four dimensions, whose control points are *homogeneous*::
+
+    A(u, v) = Σ_ij N_i(u) M_j(v) (w_ij P_ij, w_ij) = (w(u, v) S(u, v), w(u, v))
+
+`scipy.interpolate` evaluates A and its partial derivatives A_ab (a times by u, b times by v); the quotient rule
+gives those of S (Piegl and Tiller, *The NURBS Book*, 2nd ed., eqs. 4.8 and 4.20)::
+
+    S    = A_00 / w
+    S_u  = (A_10 - w_u S) / w                          S_v likewise
+    S_uu = (A_20 - 2 w_u S_u - w_uu S) / w             S_vv likewise
+    S_uv = (A_11 - w_u S_v - w_v S_u - w_uv S) / w
+
+Evaluating n points takes O(n (p + 1)(q + 1)) per derivative.  Knots are in full form: as many as control points +
+degree + 1.  Parameters beyond the domain are clipped to its ends.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from scipy.interpolate import BSpline, NdBSpline
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats
 
-_MOST_AT_ONCE = 20_000
-_NOISE = 1e-16
+_LEAST_SINE_SQUARED = 1e-10
+"""Squared sine of the angle between the derivatives below which they span no tangent plane: 1e-5 radians, well above
+the rounding of control points kept in double precision."""
+
+_VANISHING = 1e-16
+"""A squared derivative below this part of the greatest of all points (1e-8 in length) is rounding: a pole."""
 
 
 @dataclass(frozen=True, eq=False)
 class NurbsCurve:
-    """A rational B-spline curve: homogeneous control points (N, D + 1), knots (N + degree + 1,)."""
+    """A rational B-spline curve.
+
+    Parameters
+    ----------
+    degree : int
+    knots : (N + degree + 1,) float64
+    points : (N, D + 1) float64
+        Homogeneous control points.
+    """
 
     degree: int
     knots: Floats
@@ -29,10 +57,24 @@ class NurbsCurve:
         """First and last parameter."""
         return float(self.knots[self.degree]), float(self.knots[len(self.points)])
 
+    @cached_property
+    def spline(self) -> Any:
+        """The homogeneous B-spline, a `scipy.interpolate.BSpline`."""
+        return BSpline(self.knots, self.points, self.degree)
+
 
 @dataclass(frozen=True, eq=False)
 class NurbsSurface:
-    """A rational B-spline surface: homogeneous control points (N, M, 4), knots and degree each way."""
+    """A rational B-spline surface.
+
+    Parameters
+    ----------
+    degrees : (int, int)
+        Along u and along v.
+    knots : pair of (N + p + 1,) and (M + q + 1,) float64
+    points : (N, M, 4) float64
+        Homogeneous control points.
+    """
 
     degrees: tuple[int, int]
     knots: tuple[Floats, Floats]
@@ -42,10 +84,15 @@ class NurbsSurface:
         """First and last parameter along u (0) or v (1)."""
         return float(self.knots[way][self.degrees[way]]), float(self.knots[way][self.points.shape[way]])
 
+    @cached_property
+    def spline(self) -> Any:
+        """The homogeneous tensor-product spline, a `scipy.interpolate.NdBSpline`."""
+        return NdBSpline(self.knots, self.points, self.degrees)
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceJet:
-    """Points (N, 3) of a surface and their partial derivatives; the second ones only where asked for."""
+    """Points (N, 3) of a surface and their partial derivatives (N, 3); the second ones only where asked for."""
 
     point: Floats
     du: Floats
@@ -55,115 +102,120 @@ class SurfaceJet:
     dvv: Floats | None = None
 
 
-def basis_functions(
-    knots: Floats, degree: int, n_points: int, t: Floats, n_derivatives: int = 0
-) -> tuple[Ints, Floats]:
-    """Values and derivatives of the basis functions that are not zero at ``t``.
+def curve_points(curve: NurbsCurve, t: Floats) -> Floats:
+    """Points of a curve.
 
     Parameters
     ----------
-    knots : (n_points + degree + 1,)
-    t : (N,)
-        Clipped to the domain.
+    curve : NurbsCurve
+    t : (N,) float64
+        Parameters.
 
     Returns
     -------
-    first : (N,) int64
-        Index of the first control point that counts.
-    values : (n_derivatives + 1, N, degree + 1)
-        Row d holds the d-th derivatives (de Boor, *A Practical Guide to Splines*, ch. X).
+    (N, D) float64
     """
-    start, end = knots[degree], knots[n_points]
-    t = np.clip(t, start, end)
-    last_span = np.searchsorted(knots, end, side="left") - 1
-    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last_span)
-    tables = [np.ones((len(t), 1))]
-    for d in range(1, degree + 1):
-        left, right = _knot_windows(knots, span, d)
-        share = np.divide(tables[-1], right - left, out=np.zeros_like(tables[-1]), where=right > left)
-        table = np.zeros((len(t), d + 1))
-        table[:, :-1] += share * (right - t[:, None])
-        table[:, 1:] += share * (t[:, None] - left)
-        tables.append(table)
-    values = np.zeros((n_derivatives + 1, len(t), degree + 1))
-    values[0] = tables[degree]
-    for order in range(1, min(n_derivatives, degree) + 1):
-        derived = tables[degree - order]
-        for d in range(degree - order + 1, degree + 1):
-            left, right = _knot_windows(knots, span, d)
-            share = d * np.divide(derived, right - left, out=np.zeros_like(derived), where=right > left)
-            derived = np.zeros((len(t), d + 1))
-            derived[:, 1:] = share
-            derived[:, :-1] -= share
-        values[order] = derived
-    return span - degree, values
-
-
-def _knot_windows(knots: Floats, span: Ints, degree: int) -> tuple[Floats, Floats]:
-    """Knots (N, degree) where the supports of the functions one degree lower begin and end."""
-    steps = np.arange(degree)
-    return knots[span[:, None] - degree + 1 + steps], knots[span[:, None] + 1 + steps]
-
-
-def curve_points(curve: NurbsCurve, t: Floats) -> Floats:
-    """Points (N, D) of the curve at ``t`` (N,)."""
-    first, values = basis_functions(curve.knots, curve.degree, len(curve.points), np.asarray(t, np.float64))
-    local = curve.points[first[:, None] + np.arange(curve.degree + 1)]
-    homogeneous = np.einsum("ni,nic->nc", values[0], local)
+    homogeneous = curve.spline(np.clip(np.asarray(t, np.float64), *curve.domain))
     points: Floats = homogeneous[:, :-1] / homogeneous[:, -1:]
     return points
 
 
 def surface_points(surface: NurbsSurface, uv: Floats) -> Floats:
-    """Points (N, 3) of the surface at ``uv`` (N, 2)."""
-    parts = [_homogeneous(surface, uv[i : i + _MOST_AT_ONCE], 0)[0, 0] for i in _chunks(len(uv))]
-    homogeneous = np.concatenate(parts) if parts else np.zeros((0, 4))
+    """Points of a surface.
+
+    Parameters
+    ----------
+    surface : NurbsSurface
+    uv : (N, 2) float64
+        Parameters.
+
+    Returns
+    -------
+    (N, 3) float64
+    """
+    homogeneous = _derivative(surface, _clipped(surface, uv), 0, 0)
     points: Floats = homogeneous[:, :3] / homogeneous[:, 3:]
     return points
 
 
 def surface_jet(surface: NurbsSurface, uv: Floats, n_derivatives: int = 1) -> SurfaceJet:
-    """Points of the surface with their first, or first and second, partial derivatives."""
-    parts = [_homogeneous(surface, uv[i : i + _MOST_AT_ONCE], n_derivatives) for i in _chunks(len(uv))]
-    wide = np.concatenate(parts, axis=2)
-    w = wide[0, 0, :, 3:]
-    point = wide[0, 0, :, :3] / w
-    du = (wide[1, 0, :, :3] - wide[1, 0, :, 3:] * point) / w
-    dv = (wide[0, 1, :, :3] - wide[0, 1, :, 3:] * point) / w
+    """Points of a surface with their partial derivatives.
+
+    Parameters
+    ----------
+    surface : NurbsSurface
+    uv : (N, 2) float64
+        Parameters.
+    n_derivatives : int
+        1 for the first derivatives, 2 for the second ones as well.
+
+    Returns
+    -------
+    SurfaceJet
+    """
+    uv = _clipped(surface, uv)
+    (a, w), (au, wu), (av, wv) = (_split(_derivative(surface, uv, *order)) for order in ((0, 0), (1, 0), (0, 1)))
+    point = a / w
+    du, dv = (au - wu * point) / w, (av - wv * point) / w
     if n_derivatives < 2:
         return SurfaceJet(point, du, dv)
-    wu, wv = wide[1, 0, :, 3:], wide[0, 1, :, 3:]
-    duu = (wide[2, 0, :, :3] - 2 * wu * du - wide[2, 0, :, 3:] * point) / w
-    dvv = (wide[0, 2, :, :3] - 2 * wv * dv - wide[0, 2, :, 3:] * point) / w
-    duv = (wide[1, 1, :, :3] - wu * dv - wv * du - wide[1, 1, :, 3:] * point) / w
+    (auu, wuu), (auv, wuv), (avv, wvv) = (
+        _split(_derivative(surface, uv, *order)) for order in ((2, 0), (1, 1), (0, 2))
+    )
+    duu = (auu - 2 * wu * du - wuu * point) / w
+    dvv = (avv - 2 * wv * dv - wvv * point) / w
+    duv = (auv - wu * dv - wv * du - wuv * point) / w
     return SurfaceJet(point, du, dv, duu, duv, dvv)
 
 
-def _chunks(n: int) -> range:
-    return range(0, max(n, 1), _MOST_AT_ONCE)
+def _clipped(surface: NurbsSurface, uv: Floats) -> Floats:
+    low, high = zip(surface.domain(0), surface.domain(1))
+    return np.clip(np.asarray(uv, np.float64), low, high)
 
 
-def _homogeneous(surface: NurbsSurface, uv: Floats, n_derivatives: int) -> Floats:
-    """Homogeneous points and derivatives (D + 1, D + 1, N, 4); entry [a, b] is taken a times by u and b by v."""
-    (p, q), n, m = surface.degrees, surface.points.shape[0], surface.points.shape[1]
-    first_u, by_u = basis_functions(surface.knots[0], p, n, uv[:, 0], n_derivatives)
-    first_v, by_v = basis_functions(surface.knots[1], q, m, uv[:, 1], n_derivatives)
-    rows = first_u[:, None, None] + np.arange(p + 1)[:, None]
-    columns = first_v[:, None, None] + np.arange(q + 1)
-    along_v = np.einsum("bnj,nijc->bnic", by_v, surface.points[rows, columns])
-    wide: Floats = np.einsum("ani,bnic->abnc", by_u, along_v)
-    return wide
+def _derivative(surface: NurbsSurface, uv: Floats, by_u: int, by_v: int) -> Floats:
+    """Partial derivatives (N, 4) of the homogeneous surface."""
+    if len(uv) == 0 or by_u > surface.degrees[0] or by_v > surface.degrees[1]:
+        return np.zeros((len(uv), 4))
+    values: Floats = surface.spline(uv, nu=(by_u, by_v))
+    return values
+
+
+def _split(homogeneous: Floats) -> tuple[Floats, Floats]:
+    return homogeneous[:, :3], homogeneous[:, 3:]
 
 
 def greatest_curvature(jet: SurfaceJet) -> Floats:
-    """The greater principal curvature (N,), without sign; 0 where the surface has no tangent plane."""
+    """The greater principal curvature, without sign.
+
+    With the mean curvature H and the Gaussian curvature K of the two fundamental forms it is |H| + √(H² - K).
+
+    Parameters
+    ----------
+    jet : SurfaceJet
+        With second derivatives.
+
+    Returns
+    -------
+    (N,) float64
+        0 where the surface has no tangent plane.
+
+    Raises
+    ------
+    ValueError
+        Where second derivatives are missing.
+    """
     if jet.duu is None or jet.duv is None or jet.dvv is None:
         raise ValueError("second derivatives are needed")
     normal = np.cross(jet.du, jet.dv)
     e, f, g = _dots(jet.du, jet.du), _dots(jet.du, jet.dv), _dots(jet.dv, jet.dv)
     det = e * g - f * f
-    # At a pole one derivative vanishes and what is left of it is noise.
-    regular = (det > 1e-10 * e * g) & (e > _NOISE * e.max(initial=0.0)) & (g > _NOISE * g.max(initial=0.0))
+    # At a pole one derivative vanishes, and only rounding is left of it.
+    regular = (
+        (det > _LEAST_SINE_SQUARED * e * g)
+        & (e > _VANISHING * e.max(initial=0.0))
+        & (g > _VANISHING * g.max(initial=0.0))
+    )
     det = np.where(regular, det, 1.0)
     normal = normal / np.sqrt(det)[:, None]
     el, em, en = _dots(jet.duu, normal), _dots(jet.duv, normal), _dots(jet.dvv, normal)

@@ -1,4 +1,8 @@
-"""Pipes: meshes of round rods about curves."""
+"""Pipes: watertight meshes of round rods about curves.
+
+A ring of points is placed about each sample of the curve, in the plane across its tangent, and turned by a given
+direction that changes smoothly; neighbouring rings are joined by quads.  Work: linear in the samples and sides.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +11,14 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.splines import CurveSamples
 
-_ACROSS = np.eye(3)
+_AXES = np.eye(3)  # one of them lies across any direction
+_MIN_SINE = 1e-6  # of the direction to the rod: less gives no plane
 
 
 def pipe_mesh(
     samples: CurveSamples, closed: Bools, normals: Floats, radius: float, *, sides: int = 12
 ) -> tuple[Floats, Ints, Ints]:
-    """Watertight meshes of rods, one a curve, looking outwards.
+    """Mesh round rods, one for each curve, facing outwards.
 
     Parameters
     ----------
@@ -40,8 +45,8 @@ def pipe_mesh(
     along = (normals[kept] * tangent).sum(1, keepdims=True)
     across = normals[kept] - along * tangent
     # Where the direction runs along the rod, any other will do.
-    weak = np.linalg.norm(across, axis=1) < 1e-6
-    spare = _ACROSS[np.abs(tangent[weak]).argmin(1)]
+    weak = np.linalg.norm(across, axis=1) < _MIN_SINE
+    spare = _AXES[np.abs(tangent[weak]).argmin(1)]
     across[weak] = spare - (spare * tangent[weak]).sum(1, keepdims=True) * tangent[weak]
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     beside = np.cross(tangent, across)

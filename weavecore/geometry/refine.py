@@ -1,11 +1,17 @@
-"""Flat refinement: a finer mesh of exactly the same surface, its borders point for point.
+r"""Refinement of a triangle mesh without a change of its surface or its borders.
 
-Edges that are too long are cut in the middle, the longest of a face first (Rivara 1984), so
-that no angle becomes much smaller than half of what it was.  An edge of the border may not be
-cut.  Its middle is replaced by a point a little inside, on a flat *arch* over the edge; the
-triangle between the edge and that point is *sealed*, and what is left is refined with the two
-sides of the arch as its border.  So a long border edge ends as a thin fan of sealed triangles,
-with well-sized triangles behind it.
+Edges that are too long are bisected, the longest of a face first (Rivara 1984), so that no angle becomes much smaller
+than half of what it was.  An edge of the border may not be bisected.  Its midpoint is replaced by a point a little
+inside, on a flat *arch* over the edge; the triangle between the edge and that point is *sealed*, and the rest is
+refined with the two sides of the arch as its border.  So a long border edge ends as a thin fan of sealed triangles,
+with well-sized triangles behind it::
+
+        \   |   /  |  \   |  /
+         *--*--*---*---*--*         the arch after two rounds
+       / __---- /     \ ----__ \    sealed triangles
+      a -------------------------- b    border edge, as it was
+
+Work: linear in the resulting faces; each round bisects an independent set of edges.
 """
 
 from __future__ import annotations
@@ -18,16 +24,16 @@ from weavecore.errors import TooFarFromOrigin, TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, next_halfedge, previous_halfedge
 
-MOST_FACES = 5_000_000
-"""More faces than this are refused."""
+MAX_FACES = 5_000_000
+"""More faces than this are refused: they would take several gigabytes in later stages."""
 
-_ARCH = 1 / 12  # most height of the arch over a border edge, as a part of the edge
-_DEPTH = 1 / 2  # and as a part of the longest edge: behind it the faces are of their ordinary size
-_MOST_RISE = 1 / 4  # and as a part of the face's height above that edge
+_MAX_ARCH_OF_EDGE = 1 / 12  # height of the arch over a border edge, as a part of the edge
+_MAX_ARCH_OF_LONGEST = 1 / 2  # and as a part of the longest edge: behind it faces have their ordinary size
+_MAX_ARCH_OF_FACE = 1 / 4  # and as a part of the face's height above that edge
 _FACE_AREA = 0.17  # of a refined face, in squares of the longest edge: halves of right angles are common
-_LEAST_STEPS = 64.0  # edges shorter than this many rounding steps have no middle worth the name
+_MIN_ROUNDING_STEPS = 64.0  # of an edge: a shorter one has no midpoint between its ends
 _ROUNDED = 22  # bits of a length left out of account, so that moving the surface changes no choice
-_SCRAMBLE = np.int64(0x9E3779B97F4A7C15 & 0x7FFFFFFFFFFFFFFF)
+_SCRAMBLE = np.int64(0x9E3779B97F4A7C15 & 0x7FFFFFFFFFFFFFFF)  # multiplier of Fibonacci hashing (Knuth)
 _LOW_BITS = np.int64(0x7FFFFFFFFFFFFFFF)
 
 
@@ -51,7 +57,7 @@ class Refinement:
 
 
 def refine_faces(
-    vertices: Floats, faces: Ints, *, longest: float, protected: Bools | None = None, yielding: Bools | None = None
+    vertices: Floats, faces: Ints, *, longest: float, protected: Bools | None = None, splittable: Bools | None = None
 ) -> Refinement:
     """Refine the faces that have an edge longer than ``longest``; leave all others alone.
 
@@ -63,28 +69,28 @@ def refine_faces(
     longest : float
         In the unit of the vertices.
     protected : (3F,) bool, optional
-        Halfedges whose edge may not be cut, besides those of the border; one of the two is enough.
-    yielding : (3F,) bool, optional
-        Halfedges of the border whose edge may be cut all the same.
+        Halfedges whose edge may not be bisected, besides those of the border; one of the two is enough.
+    splittable : (3F,) bool, optional
+        Halfedges of the border whose edge may be bisected all the same.
 
     Returns
     -------
     Refinement
-        Edges of the border and protected edges are the same as before.  Every other edge is at
-        most ``longest`` long, but for the sides of sealed triangles beside a border or protected
-        edge that is longer itself.  Orientation is kept.
+        Edges of the border and protected edges are the same as before.  Every other edge is at most ``longest`` long,
+        except for the sides of sealed triangles beside a border or protected edge that is longer itself.  Orientation
+        is kept.
 
     Raises
     ------
     TooMuchWork
-        Where more than `MOST_FACES` faces are to be expected.
+        If more than `MAX_FACES` faces are to be expected.
     TooFarFromOrigin
-        Where ``longest`` is lost in the rounding of the coordinates.
+        If ``longest`` is lost in the rounding of the coordinates.
     NonManifold
     """
     if not longest > 0:
         raise TooMuchWork(f"Edges no longer than {longest} cannot be made", remedy="Give a length above zero.")
-    worked = _Bisection(vertices, faces, longest, protected, yielding)
+    worked = _Bisection(vertices, faces, longest, protected, splittable)
     queue = worked.long_faces(np.arange(len(faces)))
     if len(queue) == 0:
         return Refinement(vertices, faces, np.arange(len(faces)))
@@ -96,19 +102,19 @@ def refine_faces(
 
 def _check_work(vertices: Floats, faces: Ints, longest: float) -> None:
     largest = float(np.abs(vertices).max())
-    if longest < _LEAST_STEPS * np.spacing(largest):
+    if longest < _MIN_ROUNDING_STEPS * np.spacing(largest):
         raise TooFarFromOrigin(
-            f"Edges of {longest:.3g} cannot be told from rounding at coordinates of {largest:.3g}",
+            f"Edges of {longest:.3g} are lost in rounding at coordinates of {largest:.3g}",
             remedy="Move the surface to the origin, or use a larger spacing.",
         )
     a, b, c = (vertices[faces[:, k]] / longest for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     around = sum(np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a)))
     expected = float(np.sum(area / _FACE_AREA + around))
-    if not expected <= MOST_FACES:
+    if not expected <= MAX_FACES:
         raise TooMuchWork(
             f"Refining the mesh to edges of {longest:.4g} would make about {expected:.2g} faces",
-            remedy=f"Use a larger spacing: at most {MOST_FACES:,} faces are made.",
+            remedy=f"Use a larger spacing: at most {MAX_FACES:,} faces are made.",
         )
 
 
@@ -116,7 +122,7 @@ class _Bisection:
     """The mesh while it is worked on: the faces not sealed, with their twins, and the sealed ones."""
 
     def __init__(
-        self, vertices: Floats, faces: Ints, longest: float, protected: Bools | None, yielding: Bools | None
+        self, vertices: Floats, faces: Ints, longest: float, protected: Bools | None, splittable: Bools | None
     ) -> None:
         self.vertices, self.longest = vertices, longest
         self.faces = np.array(faces, np.int64)
@@ -126,11 +132,11 @@ class _Bisection:
             shut[self.twins[protected & (self.twins != NO_TWIN)]] = True
             self.twins[shut] = NO_TWIN
         self.parent = np.arange(len(faces))
-        self.yields = np.zeros(3 * len(faces), bool) if yielding is None else yielding.copy()
+        self.splittable = np.zeros(3 * len(faces), bool) if splittable is None else splittable.copy()
         # Of a border halfedge: the arch's height over the square of the whole edge's length, in units of longest.
         length = np.sqrt(self._squares(np.arange(len(faces)))).ravel()
-        arched = (self.twins == NO_TWIN) & (length > 1) & ~self.yields
-        height = np.minimum(_ARCH * length, _DEPTH)
+        arched = (self.twins == NO_TWIN) & (length > 1) & ~self.splittable
+        height = np.minimum(_MAX_ARCH_OF_EDGE * length, _MAX_ARCH_OF_LONGEST)
         self.bend = np.divide(height, length**2, out=np.zeros_like(length), where=arched)
         self.sealed: list[Ints] = []
         self.sealed_parent: list[Ints] = []
@@ -192,7 +198,7 @@ class _Bisection:
         of_halfedge[twin[paired]] = of_halfedge[chosen[paired]]
         a, b, c = self._corners(chosen[leads])
         middle = (self.vertices[a] + self.vertices[b]) / 2
-        on_border = (twin[leads] == NO_TWIN) & ~self.yields[chosen[leads]]
+        on_border = (twin[leads] == NO_TWIN) & ~self.splittable[chosen[leads]]
         a, b, c, new = a[on_border], b[on_border], c[on_border], new[on_border]
         middle[on_border] = self._arch_points(chosen[leads][on_border], a, b, c)
         self.vertices = np.concatenate([self.vertices, middle])
@@ -207,7 +213,8 @@ class _Bisection:
         length = np.linalg.norm(along, axis=1)
         height = np.linalg.norm(np.cross(along, (apex - p) / self.longest), axis=1) / length
         rise = self.bend[halfedge] * length**2
-        part = np.minimum(_MOST_RISE, np.divide(rise, height, out=np.full(len(rise), _MOST_RISE), where=height > 0))
+        limit = np.full(len(rise), _MAX_ARCH_OF_FACE)
+        part = np.minimum(_MAX_ARCH_OF_FACE, np.divide(rise, height, out=limit, where=height > 0))
         points: Floats = middle + part[:, None] * (apex - middle)
         return points
 
@@ -224,7 +231,7 @@ class _Bisection:
         places = [3 * added + 1, 3 * face + 2]
         moved = np.arange(len(self.twins))
         twin, outer = self.twins[h], [self.twins[s] for s in beyond]
-        bend, yields = ([of[s] for s in (*beyond, h)] for of in (self.bend, self.yields))
+        bend, splittable = ([of[s] for s in (*beyond, h)] for of in (self.bend, self.splittable))
         for old, new in zip(beyond, places):
             moved[old] = new
         self.faces[face] = np.stack([a, middle, c], axis=1)
@@ -232,7 +239,7 @@ class _Bisection:
         self.parent = np.concatenate([self.parent, self.parent[face]])
         self.twins = np.concatenate([self.twins, np.full(3 * len(h), NO_TWIN, np.int64)])
         self.bend = np.concatenate([self.bend, np.zeros(3 * len(h))])
-        self.yields = np.concatenate([self.yields, np.zeros(3 * len(h), bool)])
+        self.splittable = np.concatenate([self.splittable, np.zeros(3 * len(h), bool)])
         for place, across in zip(places, outer):
             known = across != NO_TWIN
             self.twins[place] = NO_TWIN
@@ -245,7 +252,7 @@ class _Bisection:
         self.twins[3 * face] = np.where(beside < 0, NO_TWIN, 3 * added[beside])
         self.twins[3 * added] = np.where(beside < 0, NO_TWIN, 3 * face[beside])
         for place, k in zip((*places, 3 * face, 3 * added), (0, 1, 2, 2)):
-            self.bend[place], self.yields[place] = bend[k], yields[k]
+            self.bend[place], self.splittable[place] = bend[k], splittable[k]
 
     def _join(self, one: Ints, other: Ints) -> None:
         self.twins[one], self.twins[other] = other, one

@@ -1,28 +1,45 @@
-"""Cubic splines through many rows of points at once, fitted by SciPy.
+"""Cubic splines through many rows of points at once, sampling of them, and curvature along the samples.
 
-A *row* is one curve: points ``offsets[r]:offsets[r + 1]``.  The parameter is the length of the chords.
-An open spline has no curvature at its ends, as a rod has that is held at its points and free
-at its ends; a closed one goes around smoothly.  Between two points the curve is one cubic, known
-from the points and derivatives at its ends.
+A *row* is one curve: points ``offsets[r]:offsets[r + 1]``.  The parameter t is the length of the chords.  An open
+spline has no curvature at its ends, as a rod that is pinned at its points; a closed one is periodic.  Between two
+points p and q, with derivatives dp and dq and the parameter width w, the curve is a Hermite cubic in s = (t - t_p) /
+w::
+
+    p (1 - s)² (1 + 2s) + q s² (3 - 2s) + w s (1 - s) (dp (1 - s) - dq s)
+
+Arc lengths are integrals over four Gauss points for each sample.  Work: linear in points and samples.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Union
+from typing import Union
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.linalg import solve_banded
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranks_in_rows, rows_of
 
 DEGREE = 3
-_GAUSS = np.polynomial.legendre.leggauss(4)
+_GAUSS = np.polynomial.legendre.leggauss(4)  # exact for polynomials of degree 7
+
+_LENGTH_OF_CHORD = 1.2
+"""Arc length over chord for which room is left: a cubic through smooth data is little longer than its chord."""
 
 
 @dataclass(frozen=True, eq=False)
 class SplineRows:
-    """Splines through rows of points, as cubics between them; see `RodAxes` for the arrays."""
+    """Splines through rows of points, as cubics between them.
+
+    Parameters
+    ----------
+    derivatives : (N, 3) float64
+        By the parameter, at each point.
+    parameters : (N,) float64
+        Of each point.
+    ends : (R,) float64
+        At the end of each row; of a closed one where it comes back to its first point.
+    """
 
     derivatives: Floats
     parameters: Floats
@@ -31,7 +48,13 @@ class SplineRows:
 
 @dataclass(frozen=True, eq=False)
 class BSplineRows:
-    """The same splines as B-splines; see `RodAxes` for the arrays."""
+    """The same splines as B-splines of degree `DEGREE`.
+
+    Parameters
+    ----------
+    knot_offsets, knots : ragged float64
+    control_offsets, controls : ragged (n, 3) float64
+    """
 
     knot_offsets: Ints
     knots: Floats
@@ -50,6 +73,8 @@ class CurveSamples:
         Tangents are of unit length.
     stations : (N,) float64
         Arc length from the start of the curve.
+    curvatures : (N,) float64
+        Of the curve at the sample, not negative.
     is_given : (N,) bool
         Whether the sample is one of the points that the curve was fitted to, once each.
     """
@@ -58,42 +83,109 @@ class CurveSamples:
     points: Floats
     tangents: Floats
     stations: Floats
+    curvatures: Floats
     is_given: Bools
 
 
 def fit_splines(points: Floats, offsets: Ints, closed: Bools) -> SplineRows:
-    """Interpolate each row of points (two at least, three of a closed row) by a cubic spline."""
-    derivatives = np.zeros_like(points)
-    parameters = np.zeros(len(points))
-    ends = np.zeros(len(closed))
-    for row, is_closed in enumerate(closed.tolist()):
-        part = slice(offsets[row], offsets[row + 1])
-        through = _points_through(points[part], is_closed)
-        at = _chord_parameters(through)
-        count = part.stop - part.start
-        parameters[part], ends[row] = at[:count], at[-1]
-        if count == 2:
-            derivatives[part] = (through[1] - through[0]) / at[-1]
-        else:
-            spline = CubicSpline(at, through, bc_type="periodic" if is_closed else "natural")
-            derivatives[part] = spline.c[2] if is_closed else spline(at, 1)
-    return SplineRows(derivatives, parameters, ends)
+    """Interpolate each row of points by a cubic spline whose parameter is the length of the chords.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    offsets : (R+1,) int64
+        Row ``r`` is ``points[offsets[r]:offsets[r + 1]]``: two points at least, three of a closed row.
+    closed : (R,) bool
+
+    Returns
+    -------
+    SplineRows
+    """
+    chord = _chords(points, offsets, closed)
+    total = np.concatenate([[0.0], np.cumsum(chord)])
+    first, last = offsets[:-1], offsets[1:] - 1
+    parameters = total[:-1] - np.repeat(total[first], np.diff(offsets))
+    ends = parameters[last] + np.where(closed, chord[last], 0.0)
+    return SplineRows(fit_derivatives(points, offsets, closed, chord), parameters, ends)
 
 
-def as_b_splines(points: Floats, offsets: Ints, closed: Bools) -> BSplineRows:
-    """The splines of `fit_splines` with the knots and control points of B-splines."""
+def fit_derivatives(values: Floats, offsets: Ints, closed: Bools, chord: Floats) -> Floats:
+    """Derivatives at the points of the splines through rows of values, over given steps of the parameter.
+
+    With steps h and values y, the derivatives m of a spline satisfy (de Boor 1978, chapter IV)::
+
+        m[i-1]/h[i-1] + 2 m[i] (1/h[i-1] + 1/h[i]) + m[i+1]/h[i] = 3 (y[i]-y[i-1])/h[i-1]² + 3 (y[i+1]-y[i])/h[i]²
+
+    At a free end the step beyond it is left out, which makes the second derivative zero.  All rows are one
+    tridiagonal system; the corner entries of a closed row are a change of rank one (Sherman and Morrison 1950).
+
+    Parameters
+    ----------
+    values : (N, k) float64
+    offsets : (R+1,) int64
+    closed : (R,) bool
+    chord : (N,) float64
+        Parameter from each point to the next of its row; positive, of no meaning at the last point of an open row.
+
+    Returns
+    -------
+    (N, k) float64
+    """
+    n = len(values)
+    if n == 0:
+        return np.zeros_like(values)
+    after = next_in_loop(offsets)
+    before = np.empty_like(after)
+    before[after] = np.arange(n)
+    first, last = offsets[:-1], offsets[1:] - 1
+    ahead, behind = 1.0 / chord, 1.0 / chord[before]
+    ahead[last[~closed]] = behind[first[~closed]] = 0.0
+    rise = (values[after] - values) * (3.0 * ahead**2)[:, None]
+    corner = np.zeros(n)
+    corner[first[closed]] = corner[last[closed]] = ahead[last[closed]]
+    banded = np.zeros((3, n))
+    banded[0, 1:], banded[1], banded[2, :-1] = ahead[:-1], 2.0 * (ahead + behind) - corner, behind[1:]
+    banded[0, first] = banded[2, last] = 0.0
+    found: Floats = solve_banded((1, 1), banded, np.column_stack([rise + rise[before], corner]))
+    derivatives, response = found[:, :-1], found[:, -1:]
+    share = (derivatives[first] + derivatives[last]) / (1.0 + response[first] + response[last])
+    fitted: Floats = derivatives - response * np.where(closed[:, None], share, 0.0)[rows_of(offsets)]
+    return fitted
+
+
+def as_b_splines(rows: SplineRows, points: Floats, offsets: Ints, closed: Bools) -> BSplineRows:
+    """Knots and control points of the splines in B-spline form.
+
+    The control point of the knots ``a, b, c`` is the blossom of the cubic there (Ramshaw 1987); with b a point of
+    the row, y, m and s its value and derivatives, it is ``y + m/3 (a + c - 2 b) + s/6 (a - b) (c - b)``.
+
+    Parameters
+    ----------
+    rows : SplineRows
+    points : (N, 3) float64
+    offsets : (R+1,) int64
+    closed : (R,) bool
+    """
     knots: list[Floats] = []
     controls: list[Floats] = []
+    second = second_derivatives(points, rows, offsets, closed)
     for row, is_closed in enumerate(closed.tolist()):
-        through = _points_through(points[offsets[row] : offsets[row + 1]], is_closed)
-        at = _chord_parameters(through)
-        if len(through) == 2:
-            knots.append(np.repeat(at, DEGREE + 1))
-            controls.append(through[0] + (through[1] - through[0]) * (np.arange(DEGREE + 1) / DEGREE)[:, None])
-            continue
-        spline: Any = make_interp_spline(at, through, k=DEGREE, bc_type="periodic" if is_closed else "natural")
-        knots.append(spline.t)
-        controls.append(spline.c)
+        part = slice(offsets[row], offsets[row + 1])
+        y, m, s, x = points[part], rows.derivatives[part], second[part], rows.parameters[part]
+        if is_closed:
+            period, n = rows.ends[row], len(x)
+            lap, index = np.divmod(np.arange(-DEGREE, n + DEGREE + 1), n)
+            knot = x[index] + lap * period
+            at = np.arange(-1, n + 2) % n
+            back, forth = (knot[3 + k : 3 + k + n + 3] for k in (-2, 0))
+            middle = knot[2 : 2 + n + 3]
+        else:
+            knot = np.concatenate([np.repeat(x[0], DEGREE), x, np.repeat(x[-1], DEGREE)])
+            at = np.concatenate([[0], np.arange(len(x)), [len(x) - 1]])
+            back, middle, forth = (knot[k : k + len(x) + 2] for k in (1, 2, 3))
+        back, forth = (back - middle)[:, None], (forth - middle)[:, None]
+        knots.append(knot)
+        controls.append(y[at] + m[at] * (back + forth) / 3.0 + s[at] * back * forth / 6.0)
     return BSplineRows(
         offsets_of([len(k) for k in knots]),
         np.concatenate([*knots, np.zeros(0)]),
@@ -102,19 +194,46 @@ def as_b_splines(points: Floats, offsets: Ints, closed: Bools) -> BSplineRows:
     )
 
 
-def _points_through(points: Floats, is_closed: bool) -> Floats:
-    return np.concatenate([points, points[:1]]) if is_closed else points
+def second_derivatives(points: Floats, rows: SplineRows, offsets: Ints, closed: Bools) -> Floats:
+    """Second derivatives (N, 3) at the points of fitted splines, which are the same from both sides."""
+    start, stop, reach = span_ends(rows.parameters, offsets, closed, rows.ends)
+    reach = reach[:, None]
+    rise = 6.0 * (points[stop] - points[start]) / reach**2
+    second = np.zeros_like(points)
+    second[stop] = (2.0 * rows.derivatives[start] + 4.0 * rows.derivatives[stop]) / reach - rise
+    second[start] = rise - (4.0 * rows.derivatives[start] + 2.0 * rows.derivatives[stop]) / reach
+    return second
 
 
-def _chord_parameters(through: Floats) -> Floats:
-    chords = np.linalg.norm(np.diff(through, axis=0), axis=1)
+def _chords(points: Floats, offsets: Ints, closed: Bools) -> Floats:
+    """Length (N,) from each point to the next of its row, around closed ones; 1 at the last point of an open row."""
+    chord: Floats = np.linalg.norm(points[next_in_loop(offsets)] - points, axis=1)
+    chord[offsets[1:][~closed] - 1] = 0.0
+    total = np.add.reduceat(chord, offsets[:-1]) if len(chord) else chord
     # Two visits at one place would make no spline at all.
-    chords = np.maximum(chords, 1e-9 * max(float(chords.sum()), np.finfo(float).tiny))
-    return np.concatenate([[0.0], np.cumsum(chords)])
+    chord = np.maximum(chord, 1e-9 * np.maximum(total, np.finfo(float).tiny)[rows_of(offsets)])
+    chord[offsets[1:][~closed] - 1] = 1.0
+    return chord
 
 
 def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) -> tuple[Ints, Ints, Floats]:
-    """First and last point of every cubic, and the length (n,) of its parameter; cubics in the order of the points."""
+    """Ends of every cubic, in the order of the points.
+
+    Parameters
+    ----------
+    parameters : (N,) float64
+    offsets : (R+1,) int64
+    closed : (R,) bool
+    ends : (R,) float64
+        Parameter at the end of each row.
+
+    Returns
+    -------
+    start, stop : (n,) int64
+        First and last point of each cubic.
+    width : (n,) float64
+        Of its parameter.
+    """
     after = next_in_loop(offsets)
     owner = rows_of(offsets)
     start = np.flatnonzero(closed[owner] | (after > np.arange(len(owner))))
@@ -124,12 +243,48 @@ def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) ->
 
 
 def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Points (n, 3) and derivatives by the parameter (n, 3) at ``t`` (n,) from 0 to 1 of cubics in Hermite form."""
+    """Points and derivatives of Hermite cubics.
+
+    Parameters
+    ----------
+    p, q, dp, dq : (n, 3) float64
+        Points and derivatives by the parameter at both ends.
+    width : (n,) float64
+        Of the parameter.
+    t : (n,) float64
+        From 0 to 1.
+
+    Returns
+    -------
+    points, derivatives : (n, 3) float64
+    """
     t, width = t[:, None], width[:, None]
     s = 1.0 - t
     place = s * s * (1 + 2 * t) * p + t * t * (3 - 2 * t) * q + width * t * s * (s * dp - t * dq)
     slope = 6 * t * s / width * (q - p) + s * (1 - 3 * t) * dp + t * (3 * t - 2) * dq
     return place, slope
+
+
+def cubic_curvatures(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t: Floats) -> Floats:
+    """Curvature of Hermite cubics; 0 where one stands still.
+
+    Parameters
+    ----------
+    p, q, dp, dq, width, t
+        As of `cubic_points`.
+
+    Returns
+    -------
+    (n,) float64
+        Not negative.
+    """
+    _, slope = cubic_points(p, q, dp, dq, width, t)
+    t, width = t[:, None], width[:, None]
+    bend = (6.0 - 12.0 * t) / width**2 * (q - p) + ((6.0 * t - 4.0) * dp + (6.0 * t - 2.0) * dq) / width
+    speed = np.linalg.norm(slope, axis=1)
+    turn = np.linalg.norm(np.cross(slope, bend), axis=1)
+    curvatures: Floats = np.divide(turn, speed**3, out=np.zeros_like(speed), where=speed > 0)
+    return curvatures
 
 
 def sample_curves(
@@ -142,24 +297,33 @@ def sample_curves(
     *,
     step: Union[float, Floats],
 ) -> CurveSamples:
-    """Sample all rows so that no two samples are further than ``step`` apart; the rows' points are among them.
+    """Sample all rows; the rows' own points are among the samples.
 
-    The step may be one for all, or one for each cubic of `span_ends`.
+    Parameters
+    ----------
+    points : (N, 3) float64
+    derivatives, parameters, offsets, closed, ends
+        As of `fit_splines` and its result.
+    step : float or (n,) float64
+        Greatest distance between two samples, for all or for each cubic of `span_ends`.
+
+    Returns
+    -------
+    CurveSamples
     """
     start, stop, reach = span_ends(parameters, offsets, closed, ends)
-    # A cubic through smooth data is little longer than its chord; the rest is room.
-    pieces = np.maximum(np.ceil(1.2 * reach / step), 1).astype(np.int64)
+    pieces = np.maximum(np.ceil(_LENGTH_OF_CHORD * reach / step), 1).astype(np.int64)
     span = np.repeat(np.arange(len(start)), pieces)
-    nth = np.arange(len(span)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    nth = ranks_in_rows(pieces)
     part = 1.0 / pieces[span]
 
-    def curve(span: Ints, t: Floats) -> tuple[Floats, Floats]:
+    def cubics(span: Ints) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         a, b = start[span], stop[span]
-        return cubic_points(points[a], points[b], derivatives[a], derivatives[b], reach[span], t)
+        return points[a], points[b], derivatives[a], derivatives[b], reach[span]
 
     piece_length = np.zeros(len(span))
     for x, weight in zip(*_GAUSS):
-        _, slope = curve(span, (nth + (1 + x) / 2) * part)
+        _, slope = cubic_points(*cubics(span), (nth + (1 + x) / 2) * part)
         piece_length += weight / 2 * part * reach[span] * np.linalg.norm(slope, axis=1)
     row = rows_of(offsets)[start][span]
     n_pieces = np.bincount(row, minlength=len(closed))
@@ -167,9 +331,12 @@ def sample_curves(
     is_last = np.zeros(sample_offsets[-1], bool)
     is_last[sample_offsets[1:] - 1] = True
     final = np.cumsum(n_pieces) - 1
-    place, slope = (np.empty((len(is_last), 3)) for _ in "ab")
-    place[~is_last], slope[~is_last] = curve(span, nth * part)
-    place[is_last], slope[is_last] = curve(span[final], np.ones(len(final)))
+    of_sample = np.empty(len(is_last), np.int64)
+    of_sample[~is_last], of_sample[is_last] = span, span[final]
+    t = np.ones(len(is_last))
+    t[~is_last] = nth * part
+    place, slope = cubic_points(*cubics(of_sample), t)
+    curvatures = cubic_curvatures(*cubics(of_sample), t)
     total = np.concatenate([[0.0], np.cumsum(piece_length)])
     upto = np.empty(len(is_last), np.int64)
     upto[~is_last], upto[is_last] = np.arange(len(span)), final + 1
@@ -177,44 +344,24 @@ def sample_curves(
     size = np.linalg.norm(slope, axis=1, keepdims=True)
     is_given = is_last & ~closed[rows_of(sample_offsets)]
     is_given[~is_last] = nth == 0
-    return CurveSamples(sample_offsets, place, slope / np.maximum(size, np.finfo(float).tiny), stations, is_given)
-
-
-# ----------------------------------------------------------------------
-# Curvature along sampled curves, as a mean over a window of arc length: at a point it would tell of noise.
-
-_STRAIGHT = 1e-9
-"""A curve that turns by less than this over its length is straight."""
-
-
-def mean_curvature(samples: CurveSamples, closed: Bools, window: float) -> tuple[Floats, Floats]:
-    """Mean curvature over the window that begins at each sample, and the station of its middle.
-
-    The mean is of magnitudes: what bends one way does not make good what bends the other.
-    At the end of an open curve the window is moved back; on a curve shorter than the window it is
-    the curve.
-    """
-    row = rows_of(samples.offsets)
-    last = samples.offsets[1:] - 1
-    length = samples.stations[last]
-    chord = np.linalg.norm(np.diff(samples.tangents, axis=0), axis=1)
-    turn = 2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))
-    turn[last[:-1]] = 0.0
-    total = np.concatenate([[0.0], np.cumsum(turn)])
-    within = total - total[samples.offsets[:-1]][row]
-    width = np.minimum(window, length)
-    latest = np.where(closed, length, length - width)
-    begin = np.minimum(samples.stations, latest[row])
-    end = begin + width[row]
-    laps = np.where(end > length[row], 1.0, 0.0)
-    turned = _interpolate(samples, within, row, end - laps * length[row]) + laps * within[last][row]
-    turned -= _interpolate(samples, within, row, begin)
-    curvature: Floats = np.divide(turned, width[row], out=np.zeros_like(turned), where=width[row] > 0)
-    return np.where(curvature * length[row] > _STRAIGHT, curvature, 0.0), begin + width[row] / 2.0
+    tangents = slope / np.maximum(size, np.finfo(float).tiny)
+    return CurveSamples(sample_offsets, place, tangents, stations, curvatures, is_given)
 
 
 def points_at_stations(samples: CurveSamples, curve: Ints, station: Floats) -> Floats:
-    """Points (n, 3) at stations along the given curves."""
+    """Points at stations along curves, linear between samples.
+
+    Parameters
+    ----------
+    samples : CurveSamples
+    curve : (n,) int64
+    station : (n,) float64
+        Arc length from the start of the curve.
+
+    Returns
+    -------
+    (n, 3) float64
+    """
     columns = [_interpolate(samples, samples.points[:, k], curve, station) for k in range(3)]
     points: Floats = np.stack(columns, axis=1)
     return points

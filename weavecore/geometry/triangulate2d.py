@@ -1,8 +1,20 @@
-"""Constrained triangulation of a region of the plane that is bounded by closed polygons.
+r"""Constrained triangulation in the plane: of a region bounded by closed polygons, and of a polygon with a crowded
+side.
 
-The unconstrained Delaunay triangulation comes from Qhull; border segments that it lacks are
-brought in by flipping the edges that cross them (Sloan 1993).  What lies inside is told from what lies
-outside by flooding: each border that is crossed changes the side.
+1. Qhull gives the Delaunay triangulation of all points and a frame around them.
+2. Segments of the border that it lacks are inserted by flips of the edges that cross them (Sloan 1993).
+3. Inside and outside alternate at each border that is crossed from the frame: the even-odd rule, by flooding.
+
+`triangulate_crowded_side` fills a nearly convex polygon of which one straight side has many points.  A fan about its
+centroid would join each of them to one far point; instead rows of points are placed over that side, each with half as
+many as the one below::
+
+         ___________           top: the other sides
+        /__|____|___\          row 2: every fourth
+       /_|__|__|__|__\         row 1: every other
+      *-*-*-*-*-*-*-*-*        crowded side
+
+Work: that of the Delaunay triangulation, and the flips of the missing segments.
 """
 
 from __future__ import annotations
@@ -13,29 +25,50 @@ from typing import Optional
 
 import numpy as np
 from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import breadth_first_order
 from scipy.spatial import Delaunay
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 
-_FRAME_POINTS = 16
-_FRAME_RADIUS = 8.0
-_JITTER = 1e-10
-_MOST_PAIRS = 4_000_000
+_FRAME_POINTS = 16  # on a circle around all points, so that the region does not touch the convex hull
+_FRAME_RADIUS = 8.0  # in extents of the points: far enough that the frame takes part in no circle of inner points
+_JITTER = 1e-10  # of the extent: above rounding, below any distance that matters
+_MAX_PAIRS = 4_000_000  # of points and segments compared at once, to bound memory
+_FLAT = 1e-14  # doubled area of a triangle without area, in squares of the extent
+_FLIPS_PER_PAIR = 20  # of crossed edges, after which a segment counts as missing
 
 
 @dataclass(frozen=True, eq=False)
 class PlanarRegion:
-    """Triangles (F, 3) inside the borders, counter-clockwise; ``missing`` are segments that cross others."""
+    """Triangulation of a region.
+
+    Parameters
+    ----------
+    faces : (F, 3) int64
+        Inside the borders, counter-clockwise.
+    missing : (k,) int64
+        Segments that cross others.
+    """
 
     faces: Ints
     missing: Ints
 
 
 def inside_polygons(points: Floats, tails: Floats, heads: Floats) -> Bools:
-    """Whether each point (N, 2) lies inside closed polygons, given as segments, by the even-odd rule."""
+    """Whether points lie inside closed polygons, by the even-odd rule.
+
+    Parameters
+    ----------
+    points : (N, 2) float64
+    tails, heads : (S, 2) float64
+        Ends of the polygons' sides.
+
+    Returns
+    -------
+    (N,) bool
+    """
     inside = np.zeros(len(points), bool)
-    step = max(1, _MOST_PAIRS // max(len(tails), 1))
+    step = max(1, _MAX_PAIRS // max(len(tails), 1))
     slope = (heads[:, 0] - tails[:, 0]) / np.where(heads[:, 1] == tails[:, 1], 1.0, heads[:, 1] - tails[:, 1])
     for start in range(0, len(points), step):
         x, y = points[start : start + step, 0, None], points[start : start + step, 1, None]
@@ -46,19 +79,19 @@ def inside_polygons(points: Floats, tails: Floats, heads: Floats) -> Bools:
 
 
 def triangulate_region(points: Floats, segments: Ints) -> PlanarRegion:
-    """Triangulate the region that closed polygons bound, using all given points.
+    """Triangulate the region that closed polygons bound, with all points.
 
     Parameters
     ----------
-    points : (N, 2)
+    points : (N, 2) float64
         All different from one another.
-    segments : (S, 2)
-        The polygons' sides.  A side that is given twice bounds nothing (a slit) but is kept as an edge.
+    segments : (S, 2) int64
+        The polygons' sides.  A side that occurs twice bounds nothing (a slit) but is kept as an edge.
 
     Returns
     -------
     PlanarRegion
-        With no faces where segments are missing: bisect those and call again.
+        Without faces where segments are missing: bisect those and call again.
     """
     low, high = points.min(0), points.max(0)
     extent = float((high - low).max()) or 1.0
@@ -74,13 +107,18 @@ def triangulate_region(points: Floats, segments: Ints) -> PlanarRegion:
 
 
 def triangulate_polygon(polygon: Floats, normal: Floats) -> Ints | None:
-    """Triangles (n - 2, 3) of the corners of a plane polygon, running as it does; None where it is no simple one.
+    """Triangulate a plane polygon in space with its own corners.
 
     Parameters
     ----------
     polygon : (n, 3) float64
     normal : (3,) float64
-        From where it runs counter-clockwise, of any length.
+        Seen from there it runs counter-clockwise; of any length.
+
+    Returns
+    -------
+    (n - 2, 3) int64 or None
+        Corners of triangles that run as it does; None if it crosses itself.
     """
     n = len(polygon)
     across = np.linalg.svd(normal[None])[2][1:]
@@ -93,7 +131,7 @@ def triangulate_polygon(polygon: Floats, normal: Floats) -> Ints | None:
 
 
 def _jitter(n: int) -> Floats:
-    """A fixed, evenly spread shift: rows of points on one circle would make Qhull's result arbitrary."""
+    """A fixed, evenly spread shift (Roberts' R2 sequence): cocircular points would make Qhull's result arbitrary."""
     k = np.arange(n)[:, None]
     golden: Floats = (k * np.array([0.7548776662466927, 0.5698402909980532])) % 1.0
     return _JITTER * (golden - 0.5)
@@ -125,13 +163,13 @@ def _with_segments(faces: Ints, unit: Floats, segments: Ints, frame: Floats) -> 
     absent = np.flatnonzero(~np.isin(_keys(segments, n), _keys(sides, n)))
     if len(absent) == 0:
         return faces, absent
-    fan = TriangleFan(faces, np.vstack([unit, frame]), segments)
+    fan = _FlippableTriangulation(faces, np.vstack([unit, frame]), segments)
     missing = [s for index in absent.tolist() for s in fan.bring_in(index)]
     return fan.faces(), np.unique(np.array(missing, np.int64))
 
 
 def _inside_of(faces: Ints, segments: Ints, n: int) -> Ints:
-    """The faces that an odd number of borders parts from the frame."""
+    """Faces that an odd number of borders separates from the frame."""
     n_all = n + _FRAME_POINTS
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     owner = np.tile(np.arange(len(faces)), 3)
@@ -142,9 +180,7 @@ def _inside_of(faces: Ints, segments: Ints, n: int) -> Ints:
     same = np.flatnonzero(key[order][1:] == key[order][:-1])
     first, second = owner[order[same]], owner[order[same + 1]]
     is_border = np.isin(key[order[same]], border)
-    size = (len(faces), len(faces))
-    free = coo_matrix((np.ones((~is_border).sum(), bool), (first[~is_border], second[~is_border])), shape=size)
-    count, label = connected_components(free, directed=False)
+    count, label = connected(first[~is_border], second[~is_border], len(faces))
     outside = label[np.flatnonzero((faces >= n).any(1))[0]]
     across = coo_matrix((np.ones(is_border.sum()), (label[first[is_border]], label[second[is_border]])), (count, count))
     walk, before = breadth_first_order((across + across.T).tocsr(), outside, directed=False)
@@ -155,14 +191,7 @@ def _inside_of(faces: Ints, segments: Ints, n: int) -> Ints:
     return kept
 
 
-# ----------------------------------------------------------------------
-# A triangulation of the plane into which single segments are brought by flips (Sloan 1993).
-
-_FLAT = 1e-14
-_PATIENCE = 20
-
-
-class TriangleFan:
+class _FlippableTriangulation:
     """Triangles as a table from each directed edge to the corner that faces it.
 
     It serves the few segments that a Delaunay triangulation lacks; walking from
@@ -221,22 +250,22 @@ class TriangleFan:
         right, left = start
         while True:
             crossed.append((min(right, left), max(right, left)))
-            tip = self._facing.get((left, right))
-            if tip is None:
+            apex = self._facing.get((left, right))
+            if apex is None:
                 return None
-            if tip == b:
+            if apex == b:
                 return crossed
-            side = self._side(a, b, tip)
+            side = self._side(a, b, apex)
             if abs(side) <= _FLAT or len(crossed) > len(self._xy):
                 return None
             if side > 0:
-                left = tip
+                left = apex
             else:
-                right = tip
+                right = apex
 
     def _flip_away(self, a: int, b: int, crossed: list[tuple[int, int]]) -> bool:
         waiting = deque(crossed)
-        patience = _PATIENCE * (len(crossed) + 1) ** 2
+        patience = _FLIPS_PER_PAIR * (len(crossed) + 1) ** 2
         while waiting and patience:
             patience -= 1
             p, q = waiting.popleft()
@@ -259,21 +288,15 @@ class TriangleFan:
         self._add(r, p, s)
 
 
-# ----------------------------------------------------------------------
-# Triangles in a polygon of which one straight side has many points.
-#
-# A fan about the middle would join each of them to one far point.  Here rows of points are laid over that side, each
-# with half as many as the one below, so that no triangle is much longer than it must be.
+MIN_CROWD = 12
+"""Points between the ends of a side from which rows are placed over it: with fewer a fan has no long triangles."""
 
-LEAST_CROWD = 12
-"""A side with so many points between its ends is worth a ladder."""
-
-_STRAIGHT = 1e-6  # sine of the turn from which on a polygon has a corner
-_LEAST_ROW = 2
+_STRAIGHT = 1e-6  # sine of the turn from which a polygon has a corner
+_MIN_ROW = 2  # points in the top row
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class GradedTriangulation:
     """Triangles of a polygon's corners, in its order, and of points numbered on from these.
 
     Parameters
@@ -287,13 +310,18 @@ class Ladder:
     triangles: Ints
 
 
-def lay_ladder(polygon: Floats) -> Optional[Ladder]:
-    """The ladder of a polygon (n, 3); None where no side is so crowded, or the others do not lie over it.
+def triangulate_crowded_side(polygon: Floats) -> Optional[GradedTriangulation]:
+    """Triangulate a polygon of which one straight side has many points.
 
     Parameters
     ----------
     polygon : (n, 3) float64
-        A piece of a plane, nearly convex.
+        Plane and nearly convex.
+
+    Returns
+    -------
+    GradedTriangulation or None
+        None if no side has `MIN_CROWD` points, or the other sides do not lie over it.
     """
     base = _crowded_side(polygon)
     if base is None:
@@ -308,7 +336,7 @@ def lay_ladder(polygon: Floats) -> Optional[Ladder]:
         return None
     over = np.stack([np.interp(place[low], place[top], polygon[top][:, k]) for k in range(3)], axis=1)
     rows, points = [low], [np.zeros((0, 3))]
-    n_rows = int(np.log2((count - 2) / _LEAST_ROW))
+    n_rows = int(np.log2((count - 2) / _MIN_ROW))
     number = n
     for k in range(1, n_rows + 1):
         inner = np.arange(2**k, count - 1, 2**k)
@@ -319,7 +347,7 @@ def lay_ladder(polygon: Floats) -> Optional[Ladder]:
         number += len(inner)
     rows.append(top)
     strips = [_between(one, other, place) for one, other in zip(rows, rows[1:])]
-    return Ladder(np.concatenate(points), np.concatenate(strips))
+    return GradedTriangulation(np.concatenate(points), np.concatenate(strips))
 
 
 def _crowded_side(polygon: Floats) -> Optional[tuple[int, int]]:
@@ -333,7 +361,7 @@ def _crowded_side(polygon: Floats) -> Optional[tuple[int, int]]:
         return None
     counts = np.diff(np.append(corners, corners[0] + len(polygon))) + 1
     best = int(np.argmax(counts))
-    return (int(corners[best]), int(counts[best])) if counts[best] - 2 >= LEAST_CROWD else None
+    return (int(corners[best]), int(counts[best])) if counts[best] - 2 >= MIN_CROWD else None
 
 
 def _between(low: Ints, top: Ints, place: Floats) -> Ints:

@@ -1,4 +1,21 @@
-"""The faces of a zip: triangles, or quads wherever the counts of the rings agree."""
+"""The faces of the bands: from strips, paired to quads, and spliced with the fillings of pockets.
+
+*Faces of a strip.*  The apexes of the parent's edges determine all links (`strip_triangulation`).  With diagonals
+each edge of either ring gets a triangle; without, a quad lies wherever both rings advance by one edge:
+
+      child   k ──────── k+1        child   k ─── k+1 ── k+2      edges that only one ring has are taken
+              │           │                  ╲     │     ╱        two at a time, so that cells have an even
+      parent  i ──────── i+1        parent       ─ i ─            number of sides; a last single one gives
+                                                                  a triangle
+
+*Pairing.*  Triangles of a filling are paired to quads by a matching of most pairs and least sum of the worst corners.
+
+*Splicing.*  A strip and a filling of the same band are two triangulations of one surface with the same boundary.
+Along the links that both have, the band falls into stretches; on the boundary of a stretch both have the same
+nodes, so any stretch may be taken from either.  Those with an overlong link are taken from the filling.
+
+All are linear in the number of faces, but for sorting and the matching.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +27,14 @@ from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.matching import ALONE, match_best
-from weavecore.linking.strips import Zip
+from weavecore.linking.ring_to_parent import Strip
 
 NO_CORNER = -1
+"""The fourth corner of a triangle."""
+_WORST_CORNER = np.radians(50.0)
+"""The corners of a paired quad differ from a right angle by no more than this, so they are 40° to 140°."""
+_NOT_REENTRANT = np.radians(85.0)
+"""The same where an even number of sides matters more than shape: any quad with corners below 175°."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +52,13 @@ class BandFaces:
     band: Ints
 
     @staticmethod
-    def of(parts: list[BandFaces]) -> BandFaces:
+    def concatenate(parts: list[BandFaces]) -> BandFaces:
         """The faces of all parts, one after the other."""
         corners = np.concatenate([np.zeros((0, 4), np.int64), *(part.corners for part in parts)])
         return BandFaces(corners, np.concatenate([np.zeros(0, np.int64), *(part.band for part in parts)]))
 
     def where(self, flag: Bools) -> BandFaces:
-        """Some of the faces."""
+        """The flagged faces."""
         return BandFaces(self.corners[flag], self.band[flag])
 
     def sides(self) -> tuple[Ints, Ints, Ints]:
@@ -54,109 +76,129 @@ class BandFaces:
         return edges
 
 
-def faces_of_zip(zipped: Zip, parent_nodes: Ints, child_nodes: Ints, *, has_diagonals: bool) -> Ints:
-    """Faces (k, 4), counter-clockwise seen from outside; the fourth corner of a triangle is -1.
+def faces_of_strip(strip: Strip, parent_nodes: Ints, child_nodes: Ints, *, has_diagonals: bool) -> Ints:
+    """The faces between a parent and its child.
 
     Parameters
     ----------
-    zipped : Zip
+    strip : Strip
     parent_nodes, child_nodes : (n,), (m,) int64
-        Numbers of the nodes of the two rings.
+        Numbers of the nodes of the two polylines, in their order.
     has_diagonals : bool
-        Triangles only; a tip is the node over an edge.  Else a tip is the node in line with
-        the first node of an edge, and quads lie between.
+        Triangles only; the apex of an edge is the node over it.  Otherwise the apex is the node in line with
+        the first node of the edge, and quads lie between.
+
+    Returns
+    -------
+    (k, 4) int64
+        Corners, counter-clockwise seen from outside; the fourth corner of a triangle is -1.
     """
-    parent = parent_nodes if zipped.is_left else np.roll(parent_nodes[::-1], 1 if zipped.closed else 0)
-    faces = _faces_around(parent, child_nodes, zipped.tips, has_diagonals=has_diagonals)
-    if zipped.closed:
+    parent = parent_nodes if strip.is_left else np.roll(parent_nodes[::-1], 1 if strip.closed else 0)
+    faces = (_strip_triangles if has_diagonals else _strip_quads)(parent, child_nodes, strip.apexes)
+    if strip.closed:
         return faces
     tail, head, face = BandFaces(faces, np.zeros(len(faces), np.int64)).sides()
     closing = (tail == parent[-1]) & (head == parent[0]) | (tail == child_nodes[0]) & (head == child_nodes[-1])
     return np.delete(faces, face[closing], axis=0)
 
 
-def _faces_around(parent: Ints, child_nodes: Ints, tips: Ints, *, has_diagonals: bool) -> Ints:
-    n, m = len(parent), len(child_nodes)
-    edge = np.arange(n)
-    if has_diagonals:
-        over = np.c_[parent[edge], parent[(edge + 1) % n], child_nodes[tips % m], np.full(n, NO_CORNER)]
-        i, k = _child_edges(np.append(tips[-1] - m, tips[:-1]), tips)
-        under = np.c_[child_nodes[(k + 1) % m], child_nodes[k % m], parent[i], np.full(len(i), NO_CORNER)]
-        return np.concatenate([over, under])
-    return _quads(parent, child_nodes, tips)
-
-
-def _quads(parent: Ints, child: Ints, tips: Ints) -> Ints:
-    """Quads where both rings advance; what is left of either is taken two edges at a time, and a last one by itself."""
+def _strip_triangles(parent: Ints, child: Ints, apexes: Ints) -> Ints:
+    """A triangle on each edge of the parent, then one on each edge of the child."""
     n, m = len(parent), len(child)
-    after = np.append(tips[1:], tips[0] + m)
-    edge, rises = np.arange(n), after > tips
+    edge = np.arange(n)
+    over = np.c_[parent[edge], parent[(edge + 1) % n], child[apexes % m], np.full(n, NO_CORNER)]
+    i, k = _child_edges(np.append(apexes[-1] - m, apexes[:-1]), apexes)
+    under = np.c_[child[(k + 1) % m], child[k % m], parent[i], np.full(len(i), NO_CORNER)]
+    return np.concatenate([over, under])
+
+
+def _strip_quads(parent: Ints, child: Ints, apexes: Ints) -> Ints:
+    """Quads where both rings advance; what is left of either is taken two edges at a time, a last one by itself."""
+    after = np.append(apexes[1:], apexes[0] + len(child))
+    rises = after > apexes
     a, b = parent, np.roll(parent, -1)
     # Of the child's edges over one edge of the parent one closes a quad, with an even number before it.
-    closing = tips + (after - tips - 1) // 4 * 2
+    closing = apexes + (after - apexes - 1) // 4 * 2
+    m = len(child)
     quads = np.c_[a, b, child[(closing + 1) % m], child[closing % m]][rises]
-    i, k = _child_edges(tips, after)
+    return np.concatenate(
+        [quads, _child_fans(a, b, child, apexes, after, closing), _parent_fans(parent, child, apexes, rises)]
+    )
+
+
+def _child_fans(a: Ints, b: Ints, child: Ints, apexes: Ints, after: Ints, closing: Ints) -> Ints:
+    """Cells on the edges of the child that close no quad, about the node of the parent before or after them."""
+    m = len(child)
+    i, k = _child_edges(apexes, after)
     before = k < closing[i]
-    place = np.where(before, k - tips[i], k - closing[i] - 1)
+    place = np.where(before, k - apexes[i], k - closing[i] - 1)
     left = np.where(before, closing[i] - k, after[i] - k)
     begins = (k != closing[i]) & (place % 2 == 0)
     i, k, is_last = i[begins], k[begins], left[begins] == 1
-    tip = np.where(before[begins], a[i], b[i])
-    fans = np.c_[child[(k + 2 - is_last) % m], child[(k + 1 - is_last) % m], child[k % m], tip]
+    centre = np.where(before[begins], a[i], b[i])
+    fans = np.c_[child[(k + 2 - is_last) % m], child[(k + 1 - is_last) % m], child[k % m], centre]
     fans[is_last] = np.c_[fans[is_last, 0], fans[is_last, 2:], np.full(is_last.sum(), NO_CORNER)]
-    # Edges of the parent under one node of the child: counted from the one after which it stays.
+    cells: Ints = fans
+    return cells
+
+
+def _parent_fans(parent: Ints, child: Ints, apexes: Ints, rises: Bools) -> Ints:
+    """Cells on the edges of the parent that share one node of the child, counted from the last advance before them."""
+    n = len(parent)
+    edge = np.arange(n)
     since = edge - np.maximum.accumulate(np.where(np.tile(rises, 2), np.arange(2 * n), -1))[n:] % n
     begins = ~rises & (since % n % 2 == 1)
     is_last = np.roll(rises, -1)[begins]
     i = edge[begins]
-    over = np.c_[a[i], b[i], parent[(i + 2) % n], child[tips[i] % m]]
-    over[is_last] = np.c_[over[is_last, :2], over[is_last, 3], np.full(is_last.sum(), NO_CORNER)]
-    return np.concatenate([quads, fans, over])
+    fans = np.c_[parent[i], parent[(i + 1) % n], parent[(i + 2) % n], child[apexes[i] % len(child)]]
+    fans[is_last] = np.c_[fans[is_last, :2], fans[is_last, 3], np.full(is_last.sum(), NO_CORNER)]
+    cells: Ints = fans
+    return cells
 
 
 def _child_edges(first: Ints, last: Ints) -> tuple[Ints, Ints]:
-    """All edges of the child from ``first`` to ``last``: the row that each belongs to, and its first node."""
+    """All edges of the child from ``first`` to ``last`` of each row: the row, and the edge's first node."""
     count = last - first
     row = np.repeat(np.arange(len(first)), count)
     within = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
     return row, first[row] + within
 
 
-def as_quads(triangles: Ints) -> Ints:
-    """Triangles (k, 3) as faces (k, 4)."""
+def triangles_as_faces(triangles: Ints) -> Ints:
+    """Triangles with a missing fourth corner.
+
+    Parameters
+    ----------
+    triangles : (k, 3) int64
+
+    Returns
+    -------
+    (k, 4) int64
+    """
     faces: Ints = np.c_[triangles, np.full(len(triangles), NO_CORNER)]
     return faces
 
 
-# ----------------------------------------------------------------------
-# Joining triangles in pairs to quads, where the pattern wants quads and a band had to be filled with triangles.
-
-WORST_CORNER = np.radians(50.0)
-"""The corners of a quad differ from a right angle by no more than this."""
-_NOT_REENTRANT = np.radians(85.0)
-"""The same of a cell that is a quad for the sake of an even number of sides."""
-
-
-def pair_triangles(faces: BandFaces, nodes: Floats, ring_edges: Ints, *, leave_few: bool) -> BandFaces:
-    """The same faces with pairs of triangles joined where that makes a good quad.
+def pair_triangles(faces: BandFaces, nodes: Floats, fixed_edges: Ints, *, leave_few: bool) -> BandFaces:
+    """Join pairs of triangles where that makes a good quad.
 
     Parameters
     ----------
     faces : BandFaces
     nodes : (N, 3) float64
-    ring_edges : (E, 2) int64
+    fixed_edges : (E, 2) int64
         Edges that stay, the lesser node first.
     leave_few : bool
-        Whether triangles that are left are joined even where the quad is not a good one.
+        Whether remaining triangles are joined even to poor quads, as long as these are convex.
     """
-    faces = _paired(faces, nodes, ring_edges, WORST_CORNER)
-    return _paired(faces, nodes, ring_edges, _NOT_REENTRANT) if leave_few else faces
+    faces = _paired(faces, nodes, fixed_edges, _WORST_CORNER)
+    return _paired(faces, nodes, fixed_edges, _NOT_REENTRANT) if leave_few else faces
 
 
-def _paired(faces: BandFaces, nodes: Floats, ring_edges: Ints, worst: float) -> BandFaces:
+def _paired(faces: BandFaces, nodes: Floats, fixed_edges: Ints, worst: float) -> BandFaces:
     tail, head, face = faces.sides()
-    is_open = (faces.corners[face, 3] == NO_CORNER) & ~are_among(tail, head, ring_edges)
-    tail, head, face = tail[is_open], head[is_open], face[is_open]
+    is_free = (faces.corners[face, 3] == NO_CORNER) & ~are_among(tail, head, fixed_edges)
+    tail, head, face = tail[is_free], head[is_free], face[is_free]
     n = np.int64(len(nodes))
     order = np.argsort(tail * n + head)
     key = (tail * n + head)[order]
@@ -164,8 +206,8 @@ def _paired(faces: BandFaces, nodes: Floats, ring_edges: Ints, worst: float) -> 
     h = np.flatnonzero((key[at] == head * n + tail) & (tail < head))
     t = order[at[h]]
     one, other = face[h], face[t]
-    tips = faces.corners[:, :3].sum(1)
-    quads = np.c_[tail[h], tips[other] - tail[h] - head[h], head[h], tips[one] - tail[h] - head[h]]
+    opposite = faces.corners[:, :3].sum(1)[np.c_[one, other]] - (tail[h] + head[h])[:, None]
+    quads = np.c_[tail[h], opposite[:, 1], head[h], opposite[:, 0]]
     cost = _worst_corner(nodes, quads)
     good = cost <= worst
     partner = match_best(one[good], other[good], cost[good], len(faces.corners))
@@ -176,7 +218,7 @@ def _paired(faces: BandFaces, nodes: Floats, ring_edges: Ints, worst: float) -> 
 
 
 def _worst_corner(nodes: Floats, quads: Ints) -> Floats:
-    """How far (k,) the worst corner of each quad is from a right angle."""
+    """How far (k,) the worst corner of each quad is from a right angle, in radians."""
     worst = np.zeros(len(quads))
     for k in range(4):
         corner = nodes[quads[:, k]]
@@ -186,64 +228,69 @@ def _worst_corner(nodes: Floats, quads: Ints) -> Floats:
     return worst
 
 
-# ----------------------------------------------------------------------
-# Putting a filling in the place of the parts of a zip that are no good.
-#
-# A zip and a filling of the same band both cut it along links.  Along the links that they share the band
-# falls into *stretches*, each with the same pieces of the two rings on its border in either; so any stretch may
-# be taken from the one or from the other.
+def faces_with_long_links(faces: BandFaces, nodes: Floats, ring_edges: Ints, longest: float) -> Bools:
+    """Which faces have a side across the band that is longer than ``longest``.
 
+    Parameters
+    ----------
+    faces : BandFaces
+    nodes : (N, 3) float64
+    ring_edges : (E, 2) int64
+        Edges along polylines and borders, the lesser node first; their length does not matter.
+    longest : float
 
-def faces_with_long_links(faces: BandFaces, places: Floats, ring_edges: Ints, longest: float) -> Bools:
-    """(k,) whether a face has a side, other than along its rings, that is longer than ``longest``."""
+    Returns
+    -------
+    (k,) bool
+    """
     tail, head, face = faces.sides()
-    is_long = np.linalg.norm(places[head] - places[tail], axis=1) > longest
+    is_long = np.linalg.norm(nodes[head] - nodes[tail], axis=1) > longest
     is_long &= ~are_among(tail, head, ring_edges)
     flag = np.zeros(len(faces.corners), bool)
     flag[face[is_long]] = True
     return flag
 
 
-def splice(zipped: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -> BandFaces:
-    """The faces of both, where each stretch is taken from the zip unless a face of it is bad.
+def splice(strips: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -> BandFaces:
+    """The faces of strips, with every stretch that has a bad face replaced by that of the filling.
 
     Parameters
     ----------
-    zipped : BandFaces
+    strips : BandFaces
         Of some bands.
     bad : (k,) bool
-        Which of its faces are no good.
+        Which of its faces are to be replaced.
     filled : BandFaces
-        Of bands that are not zipped, and of all those that have a bad face.
+        Of bands without a strip, and of all those that have a bad face.
     ring_edges : (N, 2) int64
         The edges along the rings, the lesser node first.
     """
-    both = BandFaces.of([zipped, filled])
-    n_zipped, n = len(zipped.corners), len(both.corners)
+    both = BandFaces.concatenate([strips, filled])
+    n_strips, n = len(strips.corners), len(both.corners)
     tail, head, face = both.sides()
-    from_zip = face < n_zipped
-    # Two bands share each ring, so sides are told apart by the band as well.
+    of_strip = face < n_strips
+    # Two bands share each ring, so sides of two bands are different even where their nodes are the same.
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     side = np.unique(np.c_[both.band[face], low, high], axis=0, return_inverse=True)[1].ravel()
-    is_shared = np.isin(side, np.intersect1d(side[from_zip], side[~from_zip]))
+    is_shared = np.isin(side, np.intersect1d(side[of_strip], side[~of_strip]))
     on_ring = are_among(tail, head, ring_edges)
-    # Faces of one kind hang together across sides that only they have; the two kinds hang together along the rings.
-    joins = on_ring == is_shared
-    group = 3 * side + np.where(on_ring, 2, from_zip)
-    stretch = _components(face[joins], group[joins], n)
+    # Faces of one kind are connected across sides that only they have; the two kinds are connected along the rings.
+    connects = on_ring == is_shared
+    group = 3 * side + np.where(on_ring, 2, of_strip)
+    stretch = _components(face[connects], group[connects], n)
     is_bad = np.zeros(stretch.max(initial=-1) + 1, bool)
-    is_bad[stretch[:n_zipped][bad]] = True
-    is_zipped = np.zeros(len(is_bad), bool)
-    is_zipped[stretch[:n_zipped]] = True
-    in_zip = np.arange(n) < n_zipped
-    kept = np.where(in_zip, ~is_bad[stretch], is_bad[stretch] | ~is_zipped[stretch])
-    # Around small rings two nodes may be joined on either side; then the two kinds do not go together.
+    is_bad[stretch[:n_strips][bad]] = True
+    has_strip = np.zeros(len(is_bad), bool)
+    has_strip[stretch[:n_strips]] = True
+    from_strip = np.arange(n) < n_strips
+    kept = np.where(from_strip, ~is_bad[stretch], is_bad[stretch] | ~has_strip[stretch])
+    # Around small rings two nodes may be joined on either side; then the two kinds cannot be mixed.
     clashing = np.isin(both.band, _bands_with_double_sides(both.where(kept))) & np.isin(both.band, filled.band)
-    return both.where(np.where(clashing, ~in_zip, kept))
+    return both.where(np.where(clashing, ~from_strip, kept))
 
 
 def _bands_with_double_sides(faces: BandFaces) -> Ints:
-    """Bands of the faces that have a side in common with another one, run the same way."""
+    """Bands in which two faces run the same way along one side."""
     tail, head, face = faces.sides()
     _, side, times = np.unique(np.c_[tail, head], axis=0, return_inverse=True, return_counts=True)
     bands: Ints = np.unique(faces.band[face[times[side.ravel()] > 1]])
@@ -251,7 +298,18 @@ def _bands_with_double_sides(faces: BandFaces) -> Ints:
 
 
 def are_among(tail: Ints, head: Ints, edges: Ints) -> Bools:
-    """Whether each side is one of the edges."""
+    """Whether each side is one of the edges, in either direction.
+
+    Parameters
+    ----------
+    tail, head : (k,) int64
+    edges : (E, 2) int64
+        The lesser node first.
+
+    Returns
+    -------
+    (k,) bool
+    """
     n = np.int64(max(tail.max(initial=0), head.max(initial=0), edges.max(initial=0)) + 1)
     key = np.minimum(tail, head) * n + np.maximum(tail, head)
     return np.isin(key, edges[:, 0] * n + edges[:, 1])

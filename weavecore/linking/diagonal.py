@@ -1,7 +1,13 @@
 """Diagonal: both diagonals of a triangular lattice, without the rings between the borders.
 
-Each inner edge along a latitude is left out and its two triangles become one cell.  Only
-where a node would be left with a single edge, as at a sharp turn of a latitude, the ring stays beside it.
+Each inner edge along a latitude is left out, and its two triangles become one cell.  Only
+where a node would keep a single edge, as at a sharp turn of a latitude, the ring stays beside it.
+
+    ──●─────●──        ╲   ╱ ╲   ╱
+     ╱ ╲   ╱ ╲    →      ●     ●
+    ●─────●────●       ╱   ╲ ╱   ╲
+
+Time is linear in the number of faces, times the size of the largest cell.
 """
 
 from __future__ import annotations
@@ -10,20 +16,29 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of
 from weavecore.geometry.polygon_mesh import find_fans
-from weavecore.linking.edge_midpoints import places_of_nodes, rebuild
+from weavecore.linking.derived_lattice import nodes_of, rebuild_lattice
 from weavecore.model.lattice import LATITUDINAL, Lattice
 
 _FEWEST_EDGES = 2
+"""Edges other than along rings that a node needs for the ring beside it to be left out."""
 
 
 def diagonal_lattice(lattice: Lattice, pattern: str) -> Lattice:
-    """The lattice without its inner rings."""
+    """The lattice without its inner rings.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        Triangular.
+    pattern : str
+        Name of the new pattern.
+    """
     fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
     left_out = _edges_left_out(lattice, fans.n_faces)
     offsets, corners = _joined_faces(lattice, fans.side, left_out)
-    places = places_of_nodes(lattice, np.arange(lattice.n_nodes))
+    nodes = nodes_of(lattice, np.arange(lattice.n_nodes))
     edges, families = lattice.edges[~left_out], lattice.edge_family[~left_out]
-    return rebuild(lattice, pattern, places, offsets, corners, edges, families)
+    return rebuild_lattice(lattice, pattern, nodes, offsets, corners, edges, families)
 
 
 def _edges_left_out(lattice: Lattice, n_faces: Ints) -> Bools:
@@ -34,7 +49,7 @@ def _edges_left_out(lattice: Lattice, n_faces: Ints) -> Bools:
 
 
 def _joined_faces(lattice: Lattice, side: Ints, left_out: Bools) -> tuple[Ints, Ints]:
-    """Faces after those on both sides of the edges that are left out were joined."""
+    """Offsets and corners of the faces after those on both sides of the edges that are left out were joined."""
     after = next_in_loop(lattice.face_offsets)
     gone = left_out[side]
     order = np.argsort(side, kind="stable")

@@ -1,4 +1,22 @@
-"""Turning over triangles that look against the surface, as they may where a lattice is coarser than a fold."""
+"""Inverted-face repair and valence optimisation by edge flips.
+
+Both flip the common edge ab of two triangles to cd, while a gain is positive (`geometry.lawson_flips`):
+
+        c                c
+      ╱   ╲            ╱ | ╲
+     a ─── b    →     a  |  b
+      ╲   ╱            ╲ | ╱
+        d                d
+
+*Inverted faces.*  A face is inverted where its normal points against that of the surface, as it may where a lattice
+is coarser than a fold.  Its orientation is the cosine between the two normals: that of the surface is averaged at
+the corners, and where that leaves doubt taken from the nearest face.  The gain is the rise of the lesser cosine.
+
+*Valences.*  The gain is the fall of Σ (valence - target)², target 6 inside and 4 on a border, as in isotropic
+remeshing (Botsch and Kobbelt 2004), for flips that keep corners above 30° and links short.
+
+Each round of flips is linear in the number of triangles.
+"""
 
 from __future__ import annotations
 
@@ -11,27 +29,32 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.bisection import unique_edges
 from weavecore.geometry.closest import nearest_on_triangles
 from weavecore.geometry.lawson_flips import angle_at, stays_upright, turn_edges
+from weavecore.linking.arc_length import segments_at
 from weavecore.linking.band_faces import NO_CORNER, BandFaces
-from weavecore.linking.resample import segments_at
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 
-_UPRIGHT = 0.2
-"""Cosine between a triangle's normal and the surface's that an edge is turned for."""
-_DOUBTFUL = 0.9
-"""Below this cosine to the normals at its corners a triangle is compared with the surface at its middle."""
-_FACES_ASKED = 12
-"""Of so many faces with the nearest middles one is taken to be the nearest face."""
+_REPAIRED = 0.2
+"""Cosine to the surface's normal that both triangles must exceed after a flip that repairs an inverted one: about
+78°, so that a repaired triangle does not just miss being inverted."""
+_CERTAIN = 0.9
+"""Below this cosine to the normals at its corners a triangle is compared with the nearest face of the surface."""
+_NEAREST_CENTROIDS = 12
+"""The nearest face is looked for among so many faces with the nearest centroids."""
+_VALENCE_INSIDE, _VALENCE_ON_BORDER = 6, 4
+"""Edges at a node of a regular lattice of triangles."""
+_LEAST_ANGLE = np.radians(30.0)
+"""Least corner that a flip for the sake of valences may make: half that of an equilateral triangle."""
 
 
-class Uprightness:
-    """How faces look: the cosine of the angle between their normals and those of the surface.
+class FaceOrientation:
+    """The cosine of the angle between the normals of faces and those of the surface.
 
     Parameters
     ----------
     surface : SurfaceMesh
     normals : (N, 3) float64
-        About where the surface looks at each node.
+        Approximate normal of the surface at each node, of any length.
     """
 
     def __init__(self, surface: SurfaceMesh, normals: Floats) -> None:
@@ -40,38 +63,53 @@ class Uprightness:
         self._tree: Optional[cKDTree] = None
 
     def of_triangles(self, nodes: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
-        """By corners, one value a triangle."""
-        pa, pb, pc = nodes[a], nodes[b], nodes[c]
-        toward = self._normals[a] + self._normals[b] + self._normals[c]
-        return self._of(np.cross(pb - pa, pc - pa), toward, (pa + pb + pc) / 3)
+        """Cosine (k,) of each triangle.
 
-    def of(self, nodes: Floats, corners: Ints, offsets: Ints) -> Floats:
-        """One value a face, whose corners lie one face after the other."""
+        Parameters
+        ----------
+        nodes : (N, 3) float64
+        a, b, c : (k,) int64
+            Corners, counter-clockwise seen from outside.
+        """
+        pa, pb, pc = nodes[a], nodes[b], nodes[c]
+        expected = self._normals[a] + self._normals[b] + self._normals[c]
+        return self._cosines(np.cross(pb - pa, pc - pa), expected, (pa + pb + pc) / 3)
+
+    def of_polygons(self, nodes: Floats, corners: Ints, offsets: Ints) -> Floats:
+        """Cosine (F,) of each face.
+
+        Parameters
+        ----------
+        nodes : (N, 3) float64
+        corners : (C,) int64
+            Of all faces, one after the other.
+        offsets : (F+1,) int64
+        """
         first, after = offsets[:-1], next_in_loop(offsets)
         points = nodes[corners]
         arm = points - points[first][rows_of(offsets)]
         area = np.add.reduceat(np.cross(arm, arm[after]), first)
-        middle = np.add.reduceat(points, first) / np.diff(offsets)[:, None]
-        return self._of(area, np.add.reduceat(self._normals[corners], first), middle)
+        centroid = np.add.reduceat(points, first) / np.diff(offsets)[:, None]
+        return self._cosines(area, np.add.reduceat(self._normals[corners], first), centroid)
 
-    def _of(self, area: Floats, toward: Floats, middle: Floats) -> Floats:
-        cosine = _cosine(area, toward)
-        doubtful = np.flatnonzero(cosine < _DOUBTFUL)
+    def _cosines(self, area: Floats, expected: Floats, centroid: Floats) -> Floats:
+        cosine = _cosine(area, expected)
+        doubtful = np.flatnonzero(cosine < _CERTAIN)
         if len(doubtful):
-            face = self._nearest_faces(middle[doubtful])
+            face = self._nearest_faces(centroid[doubtful])
             cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face])
         return cosine
 
     def _nearest_faces(self, points: Floats) -> Ints:
-        """The nearest of the few faces whose middles are nearest."""
+        """The nearest of the few faces whose centroids are nearest."""
         surface = self._surface
         if self._tree is None:
             self._tree = cKDTree(surface.vertices[surface.faces].mean(1))
-        few = min(_FACES_ASKED, surface.n_faces)
+        few = min(_NEAREST_CENTROIDS, surface.n_faces)
         faces = np.asarray(self._tree.query(points, k=few)[1], np.int64).reshape(len(points), few)
         each = np.repeat(points, few, axis=0)
-        place = nearest_on_triangles(each, surface.vertices[surface.faces[faces.ravel()]])
-        gap = np.linalg.norm(place - each, axis=1).reshape(faces.shape)
+        closest = nearest_on_triangles(each, surface.vertices[surface.faces[faces.ravel()]])
+        gap = np.linalg.norm(closest - each, axis=1).reshape(faces.shape)
         nearest: Ints = faces[np.arange(len(points)), gap.argmin(1)]
         return nearest
 
@@ -83,86 +121,109 @@ def _cosine(u: Floats, v: Floats) -> Floats:
     return cosine
 
 
-def turn_upright(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces, ring_edges: Ints) -> BandFaces:
-    """Turn edges of triangles that look against the surface, where both new ones look along with it.
+def repair_inverted_faces(
+    surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces, fixed_edges: Ints
+) -> BandFaces:
+    """Flip edges of inverted triangles where both new triangles then follow the surface.
 
     Parameters
     ----------
     surface : SurfaceMesh
     nodes, normals : (N, 3) float64
-        The nodes, and where the surface looks there.
+        The nodes, and the normals of the surface there (`node_normals`).
     faces : BandFaces
-    ring_edges : (E, 2) int64
+    fixed_edges : (E, 2) int64
         Edges that stay, the lesser node first.
     """
     is_triangle = faces.corners[:, 3] == NO_CORNER
     triangles = faces.corners[is_triangle, :3]
-    look = Uprightness(surface, normals).of_triangles
+    orientation = FaceOrientation(surface, normals).of_triangles
 
     def gain(_triangles: Ints, a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
-        before = np.minimum(look(nodes, a, b, c), look(nodes, b, a, d))
+        before = np.minimum(orientation(nodes, a, b, c), orientation(nodes, b, a, d))
         gained = np.zeros(len(a))
-        fallen = np.flatnonzero(before <= 0)
-        a, b, c, d = a[fallen], b[fallen], c[fallen], d[fallen]
-        after = np.minimum(look(nodes, c, a, d), look(nodes, d, b, c))
-        gained[fallen] = np.where(after > _UPRIGHT, after - before[fallen], 0.0)
+        inverted = np.flatnonzero(before <= 0)
+        a, b, c, d = a[inverted], b[inverted], c[inverted], d[inverted]
+        after = np.minimum(orientation(nodes, c, a, d), orientation(nodes, d, b, c))
+        gained[inverted] = np.where(after > _REPAIRED, after - before[inverted], 0.0)
         return gained
 
-    if (look(nodes, *triangles.T) > 0).all():
+    if (orientation(nodes, *triangles.T) > 0).all():
         return faces
     n = np.int64(len(nodes))
-    fixed = np.concatenate([ring_edges, faces.where(~is_triangle).edges()])
+    fixed = np.concatenate([fixed_edges, faces.where(~is_triangle).edges()])
     corners = faces.corners.copy()
     corners[is_triangle, :3] = turn_edges(triangles, len(nodes), np.unique(fixed[:, 0] * n + fixed[:, 1]), gain)
     return BandFaces(corners, faces.band)
 
 
-def find_fallen(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces) -> Ints:
-    """(k, 3) the triangles that look against the surface; parameters as of `turn_upright`."""
+def find_inverted_triangles(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces) -> Ints:
+    """The triangles whose normals point against those of the surface.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    nodes, normals : (N, 3) float64
+        The nodes, and the normals of the surface there (`node_normals`).
+    faces : BandFaces
+
+    Returns
+    -------
+    (k, 3) int64
+    """
     triangles = faces.corners[faces.corners[:, 3] == NO_CORNER, :3]
-    fallen: Ints = triangles[Uprightness(surface, normals).of_triangles(nodes, *triangles.T) <= 0]
-    return fallen
+    inverted: Ints = triangles[FaceOrientation(surface, normals).of_triangles(nodes, *triangles.T) <= 0]
+    return inverted
 
 
 def node_normals(latitudes: Latitudes, latitude: Ints, station: Floats, faces: BandFaces, n_nodes: int) -> Floats:
-    """Where the surface looks at each node (N, 3), not of unit length; at a hub, where it looks at the nodes around."""
+    """Normal of the surface at each node, not of unit length.
+
+    At a node off the polylines it is the sum of those at the nodes that a side leads from.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    latitude, station : (M,)
+        Polyline of the first M nodes, -1 on a free border, and arc length on it.
+    faces : BandFaces
+    n_nodes : int
+        N, Steiner vertices included.
+
+    Returns
+    -------
+    (N, 3) float64
+    """
     polylines = latitudes.polylines
     on_ring = np.flatnonzero(latitude >= 0)
     latitude = latitude[on_ring]
     start = segments_at(polylines, latitude, station[on_ring])
     ends = polylines.offsets[latitude + 1] - 1
     after = np.where(start == ends, polylines.offsets[latitude], start + 1)
-    of_face = latitudes.surface.face_normals
+    face_normals = latitudes.surface.face_normals
     normals = np.zeros((n_nodes, 3))
-    normals[on_ring] = of_face[polylines.face[start]] + of_face[polylines.face[after]]
+    normals[on_ring] = face_normals[polylines.face[start]] + face_normals[polylines.face[after]]
     tail, head, _ = faces.sides()
     is_ring = np.zeros(n_nodes, bool)
     is_ring[on_ring] = True
-    to_hub = ~is_ring[head] & is_ring[tail]
-    np.add.at(normals, head[to_hub], normals[tail[to_hub]])
+    off_ring = ~is_ring[head] & is_ring[tail]
+    np.add.at(normals, head[off_ring], normals[tail[off_ring]])
     return normals
 
 
-# ----------------------------------------------------------------------
-# Evening out how many edges the nodes have, where that costs little: between two rings an inner node wants six.
-
-_INSIDE, _ON_BORDER = 6, 4
-_LEAST_ANGLE = np.radians(30.0)
-
-
-def even_out(
-    nodes: Floats, latitude: Ints, is_border: Bools, triangles: Ints, ring_edges: Ints, longest: float
+def optimise_valences(
+    nodes: Floats, latitude: Ints, is_border: Bools, triangles: Ints, fixed_edges: Ints, longest: float
 ) -> Ints:
-    """Turn edges where the nodes then have more even numbers of edges, and the triangles are still good ones.
+    """Flip edges where the valences of the nodes then come nearer to regular and the triangles stay well shaped.
 
     Parameters
     ----------
     nodes : (N, 3) float64
     latitude : (N,) int64
-        Polyline of each node, -1 of a hub.
+        Polyline of each node, -1 off the polylines.
     is_border : (N,) bool
     triangles : (T, 3) int64
-    ring_edges : (E, 2) int64
+    fixed_edges : (E, 2) int64
         Edges that stay, the lesser node first.
     longest : float
         No edge longer than this is made.
@@ -171,12 +232,12 @@ def even_out(
     -------
     (T, 3) int64
     """
-    wanted = np.where(is_border, _ON_BORDER, _INSIDE)
+    target = np.where(is_border, _VALENCE_ON_BORDER, _VALENCE_INSIDE)
 
     def gain(triangles: Ints, a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
         edges, _ = unique_edges(triangles)
-        excess = np.bincount(edges.ravel(), minlength=len(nodes)) - wanted
-        # A corner with k edges too many counts for k squared.
+        excess = np.bincount(edges.ravel(), minlength=len(nodes)) - target
+        # The fall of Σ excess² where a and b lose an edge, and c and d get one.
         gained = 2.0 * (excess[a] + excess[b] - excess[c] - excess[d]) - 4.0
         at = np.flatnonzero((gained > 0) & ((latitude[c] != latitude[d]) | (latitude[c] < 0)))
         a, b, c, d = a[at], b[at], c[at], d[at]
@@ -184,10 +245,10 @@ def even_out(
         good &= stays_upright(nodes, a, b, c, d)
         for corner, one, other in ((a, c, d), (b, c, d), (c, a, d), (d, a, c), (c, d, b), (d, c, b)):
             good &= angle_at(nodes, corner, one, other) >= _LEAST_ANGLE
-        worth = np.zeros(len(gained))
-        worth[at[good]] = gained[at[good]]
-        return worth
+        gains = np.zeros(len(gained))
+        gains[at[good]] = gained[at[good]]
+        return gains
 
     n = np.int64(len(nodes))
-    fixed = np.unique(ring_edges[:, 0] * n + ring_edges[:, 1])
+    fixed = np.unique(fixed_edges[:, 0] * n + fixed_edges[:, 1])
     return turn_edges(triangles, len(nodes), fixed, gain, one_a_corner=True)

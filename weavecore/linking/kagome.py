@@ -1,10 +1,15 @@
-"""Kagome: rods through the middles of the edges of a triangular lattice.
+"""Kagome: rods through the midpoints of the edges of a triangular lattice (its medial graph).
 
-Every inner node has two rods, which cross: no three meet.  Each triangle holds a small one,
-and each node an open polygon, a hexagon where the node is regular.  Rods run halfway between the latitudes
-and along both diagonals; over and under alternates on every orientable surface, because the
-faces are of two kinds of which each edge has one on either side.
-On a border the ring of the border stays, or its selvedges, and rods end there.
+         ●                    Two rods cross at every inner node.  Each triangle of the lattice contains a small one,
+        ╱ ╲                   and around each of its nodes there is a polygon, a hexagon where the node has six edges.
+       x───x      x new node  Rods run halfway between the latitudes and along both diagonals.
+      ╱ ╲ ╱ ╲     ● old node
+     ●───x───●
+
+Over and under can alternate on every orientable surface: faces are of two kinds, triangles and polygons, and each
+edge has one of either kind beside it.  On a border its ring or free border stays, and rods end there.
+
+Time is O(N log N) for N nodes, for the closest points on the surface.
 """
 
 from __future__ import annotations
@@ -15,18 +20,26 @@ from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Ints, next_in_loop
 from weavecore.geometry.polygon_mesh import NONE, Fans, faces_about_nodes, find_fans
-from weavecore.linking.edge_midpoints import join_places, middles_of_edges, places_of_nodes, rebuild
+from weavecore.linking.derived_lattice import concatenate_nodes, edge_midpoints, nodes_of, rebuild_lattice
 from weavecore.model.lattice import FAMILIES, Lattice
 
 
 def kagome_lattice(lattice: Lattice, pattern: str) -> Lattice:
-    """The kagome of a lattice: its nodes are the middles of the edges, and the nodes of the borders."""
+    """The kagome of a lattice: its nodes are the midpoints of the edges, and the nodes of the borders.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        Triangular.
+    pattern : str
+        Name of the new pattern.
+    """
     fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
     border = np.flatnonzero(fans.on_border)
     number = np.full(lattice.n_nodes, NONE, np.int64)
     number[border] = lattice.n_edges + np.arange(len(border))
-    middles = middles_of_edges(lattice, np.arange(lattice.n_edges), fans.n_faces == 1)
-    places = join_places(middles, places_of_nodes(lattice, border))
+    middles = edge_midpoints(lattice, np.arange(lattice.n_edges), fans.n_faces == 1)
+    nodes = concatenate_nodes(middles, nodes_of(lattice, border))
     none = np.full(lattice.n_nodes, NONE)
     outer_offsets, outer = faces_about_nodes(fans, fans.side, none, fans.last_side, number)
     family = _corner_families(lattice, fans)
@@ -36,14 +49,14 @@ def kagome_lattice(lattice: Lattice, pattern: str) -> Lattice:
     edges = np.concatenate([np.c_[a, b], np.c_[number[tails], halves], np.c_[number[heads], halves]])
     families = np.concatenate([family, np.tile(lattice.edge_family[halves], 2)])
     offsets = np.concatenate([lattice.face_offsets, lattice.face_offsets[-1] + outer_offsets[1:]])
-    return rebuild(lattice, pattern, places, offsets, np.concatenate([fans.side, outer]), edges, families)
+    return rebuild_lattice(lattice, pattern, nodes, offsets, np.concatenate([fans.side, outer]), edges, families)
 
 
 def _corner_families(lattice: Lattice, fans: Fans) -> Ints:
-    """Family (C,) of the edge that cuts each corner: what most of the edges along its rod run beside.
+    """Family (C,) of the edge that cuts each corner: that of most sides that its rod runs beside.
 
-    The edge that cuts a corner of a triangle runs beside the side opposite.  From the middle
-    of a side a rod goes on from a corner on one end of it to the one at the other end, across.
+    The edge that cuts a corner of a triangle runs parallel to the opposite side.  At the midpoint of a side a rod
+    goes on from the corner at one end of the side to the corner at its other end in the face across.
     """
     after = next_in_loop(lattice.face_offsets)
     beside = lattice.edge_family[fans.side[after]]

@@ -1,11 +1,16 @@
-"""Patterns whose cells are made from those of another lattice on the same latitudes.
+"""Stage 3: from the latitudes to the lattice (Yan et al. 2016, §5).
 
-A new one is a new entry in `DERIVED`.
+    count nodes  ──▶  divide, join rings  ──▶  fill pockets  ──▶  assemble  ──▶  smooth tangentially  ──▶  derive
+    node_counts       ring_to_parent           assemble,          assemble       tangential_smoothing     kagome, …
+                      free_borders             pocket_filling
+
+Patterns of `PATTERNS` are linked directly.  Those of `DERIVED` have other cells: they are made from the lattice of
+another pattern on the same latitudes.  A new one is a new entry in `DERIVED`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
 import numpy as np
@@ -13,40 +18,45 @@ from scipy.spatial import cKDTree
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import offsets_of, rows_of
-from weavecore.linking.assemble import Bound, assemble, bind
+from weavecore.linking.arc_length import points_at
+from weavecore.linking.assemble import BandFilling, assemble, fill_all_bands
+from weavecore.linking.bending_smoothing import smooth_bending
 from weavecore.linking.diagonal import diagonal_lattice
 from weavecore.linking.free_borders import (
-    Hem,
-    divide_selvedges,
-    find_selvedges,
-    find_tongues,
-    give_way,
-    loosen,
-    number_hem,
-    plain_strips,
+    FreeBorderNodes,
+    divide_free_borders,
+    find_border_caps,
+    find_free_borders,
+    find_open_strips,
+    number_border_nodes,
+    refine_boundary,
+    split_obstructed_chords,
 )
 from weavecore.linking.hexagonal import hexagonal_lattice
 from weavecore.linking.kagome import kagome_lattice
+from weavecore.linking.node_counts import count_nodes
 from weavecore.linking.patterns import PATTERNS, Pattern, pattern_named
-from weavecore.linking.resample import count_nodes, points_at
-from weavecore.linking.smoothing import fair
-from weavecore.linking.strips import Rings, link_rings
+from weavecore.linking.ring_to_parent import DividedPolylines, join_rings_to_parents
+from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 
 Progress = Optional[Callable[[float, str], None]]
 
+_MOST_REFINEMENTS = 8
+"""Rounds of boundary refinement; each adds at most one node to an edge, so eight divide it into 256 parts."""
+
 
 @dataclass(frozen=True)
 class Derived:
-    """How a pattern is made.
+    """How a pattern is derived from another.
 
     Parameters
     ----------
     base : str
         The pattern that is linked first.
     derive : callable
-        What makes the lattice of that into the one that is wanted; it is given the pattern's name as well.
+        Makes the lattice from that of the base and the pattern's name.
     """
 
     base: str
@@ -63,16 +73,43 @@ PATTERN_NAMES = (*PATTERNS, *DERIVED)
 
 
 def known_pattern(name: str) -> str:
-    """The name, where there is a pattern of that name.
+    """Return the name of a pattern if there is one of that name.
+
+    Parameters
+    ----------
+    name : str
 
     Raises
     ------
     Unsupported
-        Where there is none.
+        When there is none.
     """
     if name not in PATTERN_NAMES:
-        raise Unsupported(f"There is no pattern {name!r}", remedy=f"Take one of: {', '.join(PATTERN_NAMES)}.")
+        raise Unsupported(f"Unknown pattern {name!r}", remedy=f"Choose one of: {', '.join(PATTERN_NAMES)}.")
     return name
+
+
+def spacing_for_edges(edge_length: float, *, pattern: str = "triangular") -> float:
+    """The spacing that goes best with an edge length, where no spacing is asked for.
+
+    Parameters
+    ----------
+    edge_length : float
+        As in `link_pattern`.
+    pattern : str
+
+    Returns
+    -------
+    float
+        In the same unit: the height of an equilateral triangle of that edge, or the side of a square.
+
+    Raises
+    ------
+    Unsupported
+        Where there is no such pattern.
+    """
+    base = DERIVED[pattern].base if known_pattern(pattern) in DERIVED else pattern
+    return float(edge_length / PATTERNS[base].edge_per_spacing)
 
 
 def link_pattern(
@@ -80,9 +117,20 @@ def link_pattern(
     *,
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
+    free_rings: bool = False,
     progress: Progress = None,
 ) -> Lattice:
-    """Link latitudes to a lattice of any pattern; see `link_latitudes` for the options.
+    """Link latitudes to a lattice of any pattern, and smooth it so that its rods bend little.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    edge_length, progress :
+        As of `link_latitudes`.
+    pattern : str
+        One of `PATTERN_NAMES`.
+    free_rings : bool
+        Whether nodes may leave the latitudes in patterns that have rings; see `smooth_bending`.
 
     Raises
     ------
@@ -90,16 +138,11 @@ def link_pattern(
         When the edge length is not a positive number, or there is no such pattern.
     """
     if known_pattern(pattern) in PATTERNS:
-        return link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+        lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+        return smooth_bending(lattice, free_rings=free_rings)
     made = DERIVED[pattern]
-    lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, progress=progress)
-    return made.derive(lattice, pattern)
-
-
-# ----------------------------------------------------------------------
-# Stage 3: from the latitudes to the lattice (Yan et al. 2016, §5).
-
-_MOST_LOOSENINGS = 8
+    lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, even_edges=True, progress=progress)
+    return smooth_bending(made.derive(lattice, pattern))
 
 
 def link_latitudes(
@@ -107,18 +150,22 @@ def link_latitudes(
     *,
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
+    even_edges: bool = False,
     progress: Progress = None,
 ) -> Lattice:
-    """Divide the latitudes and bind each to its neighbours (Yan et al. 2016, §5).
+    """Divide the latitudes and join each to its neighbours (Yan et al. 2016, §5).
 
     Parameters
     ----------
     latitudes : Latitudes
     edge_length : float, optional
-        Length that the edges along the latitudes come near to, in the model's unit.  By default
-        the one that makes equilateral triangles, or squares, with the spacing.
+        Wanted length of the edges along the latitudes, in the unit of the surface.  The default
+        makes triangles equilateral and quads square: the spacing times `Pattern.edge_per_spacing`.
     pattern : str
-        ``"triangular"`` or ``"quad"``.
+        One of `PATTERNS`.
+    even_edges : bool
+        Whether the nodes of each ring are counted for its length alone: for patterns of which no rod ends where the
+        count changes.
     progress : callable, optional
         Called with a fraction and a label.
 
@@ -131,42 +178,51 @@ def link_latitudes(
     ------
     Unsupported
         When the edge length is not a positive number, or there is no such pattern.
+    Degenerate
+        When a band is too small for its topology at this edge length.
     """
-    tell = progress or (lambda _fraction, _label: None)
+    report = progress or (lambda _fraction, _label: None)
     design = pattern_named(pattern)
+    if even_edges:
+        design = replace(design, count_tolerance=1.0)
     length = design.edge_per_spacing * latitudes.spacing if edge_length is None else float(edge_length)
     if not (np.isfinite(length) and length > 0):
-        raise Unsupported(f"An edge length of {length:g} is no length", remedy="Give a positive length.")
-    tell(0.0, "dividing the latitudes")
-    rings, hem = _divide(latitudes, length, design)
-    tell(0.4, "filling the pockets")
-    bound = _bind_loosely(latitudes, rings, hem, design, length)
-    tell(0.8, "fairing the lattice")
-    return fair(assemble(latitudes, bound, design, length), rings.spikes)
+        raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
+    report(0.0, "dividing the latitudes")
+    divided, border_nodes = _divide(latitudes, length, design)
+    report(0.4, "filling the pockets")
+    filling = _fill_with_refinement(latitudes, divided, border_nodes, design, length)
+    report(0.8, "smoothing the lattice")
+    return smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
 
 
-def _divide(latitudes: Latitudes, length: float, design: Pattern) -> tuple[Rings, Hem]:
-    """The polylines divided and zipped, and the selvedges divided."""
-    selvedges = find_selvedges(latitudes)
-    turns = divide_selvedges(selvedges, length)
-    counts = count_nodes(latitudes, length, design, find_tongues(latitudes, selvedges))
-    rings = link_rings(latitudes, counts, design, plain_strips(latitudes, selvedges, turns))
-    if selvedges:
-        tree = cKDTree(points_at(latitudes.polylines, rows_of(offsets_of(rings.counts)), np.concatenate(rings.nodes)))
-        turns = [give_way(selvedge, stations, tree) for selvedge, stations in zip(selvedges, turns)]
-    return rings, number_hem(selvedges, turns, rings.counts)
+def _divide(latitudes: Latitudes, length: float, pattern: Pattern) -> tuple[DividedPolylines, FreeBorderNodes]:
+    """The polylines divided and joined to their parents, and the free borders divided."""
+    borders = find_free_borders(latitudes)
+    stations = divide_free_borders(borders, length)
+    counts = count_nodes(latitudes, length, pattern, find_border_caps(latitudes, borders))
+    divided = join_rings_to_parents(latitudes, counts, pattern, find_open_strips(latitudes, borders, stations))
+    if borders:
+        polyline = rows_of(offsets_of(divided.counts))
+        tree = cKDTree(points_at(latitudes.polylines, polyline, np.concatenate(divided.stations)))
+        stations = [split_obstructed_chords(border, at, tree) for border, at in zip(borders, stations)]
+    return divided, number_border_nodes(borders, stations, divided.counts)
 
 
-def _bind_loosely(latitudes: Latitudes, rings: Rings, hem: Hem, design: Pattern, length: float) -> Bound:
-    """Bound with as many more nodes at selvedges as leave the fewest faces fallen."""
-    best = bound = bind(latitudes, rings, hem, design, length)
-    for _ in range(_MOST_LOOSENINGS):
-        if len(bound.fallen) == 0:
+def _fill_with_refinement(
+    latitudes: Latitudes, divided: DividedPolylines, border_nodes: FreeBorderNodes, pattern: Pattern, length: float
+) -> BandFilling:
+    """The faces of all bands, with the boundary refinement that leaves the fewest inverted faces."""
+    best = filling = fill_all_bands(latitudes, divided, border_nodes, pattern, length)
+    for _ in range(_MOST_REFINEMENTS):
+        if len(filling.inverted) == 0:
             break
-        rings, hem = loosen(latitudes.polylines, bound.rings, bound.hem, bound.fallen)
-        if len(hem.places) + rings.counts.sum() == len(bound.latitude):
+        divided, border_nodes = refine_boundary(
+            latitudes.polylines, filling.divided, filling.border_nodes, filling.inverted
+        )
+        if len(border_nodes.points) + divided.counts.sum() == len(filling.latitude):
             break
-        bound = bind(latitudes, rings, hem, design, length)
-        if len(bound.fallen) < len(best.fallen):
-            best = bound
+        filling = fill_all_bands(latitudes, divided, border_nodes, pattern, length)
+        if len(filling.inverted) < len(best.inverted):
+            best = filling
     return best

@@ -1,4 +1,4 @@
-"""The nouns that travel between the stages: frozen values with read-only arrays."""
+"""The values that the stages exchange: frozen, with read-only arrays."""
 
 from weavecore.model.bending import Bending, Material
 from weavecore.model.equilibrium import Equilibrium

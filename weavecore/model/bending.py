@@ -1,4 +1,9 @@
-"""`Bending`: how sharply each rod is bent, and whether its material bears it."""
+"""`Bending`: how sharply each rod is bent; `Material`: how sharply it may be bent.
+
+A straight rod of diameter d, bent to radius R, has the stress E d / (2 R), which may reach σ / factor::
+
+    R ≥ d · E · factor / (2 σ) = d · least_bend          utilisation = least admissible R / R
+"""
 
 from __future__ import annotations
 
@@ -14,25 +19,21 @@ from weavecore.geometry.arrays import Floats, Ints, frozen
 class Bending:
     """The sharpest bend of every rod, in the model's unit.
 
-    The radius is the mean one over a window of arc length: at a single point it would tell
-    of noise more than of the rod.
+    The radius is that of the axis at one point.
 
     Parameters
     ----------
-    window : float
-        Arc length that the curvature is taken over.
     min_radius : (S,) float64
         Infinite for a straight rod.
     station_at_min : (S,) float64
         Arc length from the start of the strand to the middle of the sharpest bend.
     point_at_min : (S, 3) float64
     utilisation : (S,) float64
-        Least admissible radius over least radius; above 1 the rod is bent too sharply.
+        Bending stress over allowable stress: least allowed radius over least radius.
     largest_diameter : (S,) float64
-        The thickest rod that would bear the same bend.
+        The thickest rod that passes in its place, its larger shifts at the ties included; infinite where any passes.
     """
 
-    window: float
     min_radius: Floats
     station_at_min: Floats
     point_at_min: Floats
@@ -52,13 +53,9 @@ class Bending:
 
     @property
     def violations(self) -> Ints:
-        """Strands that are bent too sharply, the worst first."""
+        """Strands beyond a utilisation of 1, the worst first."""
         over = np.flatnonzero(self.utilisation > 1.0)
         return over[np.argsort(-self.utilisation[over], kind="stable")]
-
-
-# ----------------------------------------------------------------------
-# `Material`: what a rod is made of, as far as its bending goes.
 
 
 @dataclass(frozen=True)
@@ -73,9 +70,9 @@ class Material:
     strength : float
         Characteristic bending strength in MPa.
     factor : float
-        What the strength is divided by; 2 for a bend that is held shortly, 3 for one that stays.
+        Safety factor that the strength is divided by: 2 for a short time, 3 for a permanent bend.
     density : float
-        In kg/m³.
+        In kg/m³; 0 where it is not known.
     source : str
         Where the figures come from.
     """
@@ -91,7 +88,9 @@ class Material:
         for label in ("modulus", "strength", "factor"):
             value = getattr(self, label)
             if not 0 < value < float("inf"):
-                raise Unsupported(f"The {label} of {self.name} is {value}", remedy="Give a number above 0.")
+                raise Unsupported(
+                    f"The {label} of {self.name} must be positive (got {value})", remedy=f"Change the {label}."
+                )
 
     @property
     def least_bend(self) -> float:

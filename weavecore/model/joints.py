@@ -1,4 +1,4 @@
-"""`Joints`: where rods cross, and in which order they lie there."""
+"""`Joints`: where rods cross, and in which order they lie there; `Clashes`: where rods intersect elsewhere."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, frozen, rows_of
+from weavecore.geometry.arrays import Floats, Ints, frozen, ranks_in_rows, rows_of
 
 
 @dataclass(frozen=True, eq=False)
 class Joints:
     """The nodes that two or more rods pass, each with its rods from the innermost to the outermost.
 
-    A *visit* is an entry of ``strands.nodes``: one strand at one node.  Out is where the
-    surface looks.
+    A *visit* is an entry of ``strands.nodes``: one strand at one node.  Outermost is furthest along the normal of the
+    surface.
 
     Parameters
     ----------
     node : (J,) int64
         Rising.
     offsets : (J+1,) int64
-    visit : (…,) int64
+    visit : (V,) int64
         Visits at joint ``j``, each rod under the next: ``visit[offsets[j]:offsets[j + 1]]``.
-    strand : (…,) int64
+    strand : (V,) int64
         The strand of each of these visits.
     """
 
@@ -43,12 +43,12 @@ class Joints:
 
     @cached_property
     def joint(self) -> Ints:
-        """(…,) the joint of each visit."""
+        """(V,) the joint of each visit."""
         return rows_of(self.offsets)
 
     @cached_property
     def rank(self) -> Ints:
-        """(…,) how many rods lie under each visit."""
+        """(V,) how many rods lie under each visit."""
         ranks: Ints = np.arange(len(self.visit)) - self.offsets[self.joint]
         return ranks
 
@@ -63,14 +63,10 @@ class Joints:
         """(C, 3) node, strand that lies over and strand that lies under, for every pair of rods at a joint."""
         counts = np.diff(self.offsets)
         above = np.repeat(np.arange(len(self.visit)), self.rank)
-        nth = np.arange(len(above)) - np.repeat(np.cumsum(self.rank) - self.rank, self.rank)
+        nth = ranks_in_rows(self.rank)
         below = self.offsets[:-1][self.joint[above]] + nth
         rows: Ints = np.stack([self.node[self.joint[above]], self.strand[above], self.strand[below]], axis=1)
         return rows if counts.size else np.zeros((0, 3), np.int64)
-
-
-# ----------------------------------------------------------------------
-# `Clashes`: rods that would cut into each other.
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +76,7 @@ class Clashes:
     Parameters
     ----------
     strands : (K, 2) int64
-        A rod that clashes with itself is there twice.
+        A rod that intersects itself is named twice.
     distance : (K,) float64
         The least one of each pair.
     point : (K, 3) float64

@@ -12,12 +12,12 @@ from weavecore.model.polylines import Polylines
 from weavecore.model.surface import SurfaceMesh
 
 _ONE_STEP = 1e-9
-"""Steps that differ by less than this part of the spacing are one."""
+"""Steps that differ by less than this part of the spacing, by rounding, are equal."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bands:
-    """What lies between the polylines: the pieces of the surface cut along all of them.
+    """The regions between the polylines: the parts of the surface cut along all of them.
 
     A *side* is one polyline seen from one band that it bounds.  The sides of band ``b`` are
     ``offsets[b]:offsets[b + 1]`` of the arrays below, parents before children.  A band
@@ -29,14 +29,14 @@ class Bands:
     polyline : (S,) int64
         The polyline of each side.
     is_parent : (S,) bool
-        Whether the band lies beyond that polyline (further from the borders).
+        Whether the band lies beyond that polyline, at greater distances.
     is_left : (S,) bool
         Whether the band lies on the left of the polyline, seen from outside.  True of
         parents and False of children, but for the second side of a cut.
     euler : (B,) int64
-        Euler characteristic: 1 cap, 0 annulus, -1 split or merge.
+        Euler characteristic: 1 for a disk, 0 for an annulus, -1 for a split or merge.
     depth : (B,) float64
-        Largest distance from the borders inside the band.
+        Greatest distance from the origins in the band.
     """
 
     offsets: Ints
@@ -64,15 +64,15 @@ class Bands:
 
 @dataclass(frozen=True, eq=False)
 class Latitudes:
-    """Closed polylines parallel to the borders, with who came from whom (Yan et al. 2016, §4).
+    """Polylines parallel to the borders, and the graph of parents and children (Yan et al. 2016, §4).
 
-    The relation is a graph, not a tree: fronts that meet give a child of two parents
-    (§4.4), a front that pinches itself gives two children (§4.3), a handle makes a cycle.
+    The relation is a graph, not a tree: fronts that merge give a child of two parents
+    (§4.4), a front that splits gives two children (§4.3), a handle makes a cycle.
 
     Parameters
     ----------
     surface : SurfaceMesh
-        The mesh that they lie on.
+        The mesh on which they lie.
     polylines : Polylines
         Generation 0 first: the origins of the surface, point for point; then by generation.  Each
         runs with its unexplored side on its left.
@@ -112,7 +112,7 @@ class Latitudes:
 
     @cached_property
     def steps(self) -> Floats:
-        """Distance from each generation to the next; a single number where they are one."""
+        """Distance from each generation to the next; a single number where they are equal."""
         of_generation = np.zeros(self.n_generations)
         of_generation[self.generation] = self.distance
         steps: Floats = np.diff(of_generation)
@@ -121,5 +121,5 @@ class Latitudes:
 
     @property
     def n_generations(self) -> int:
-        """How many generations there are, the borders among them."""
+        """Count of generations, the origins included."""
         return int(self.generation.max(initial=-1)) + 1

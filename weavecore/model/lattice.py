@@ -12,20 +12,23 @@ from weavecore.geometry.arrays import Floats, Ints, frozen
 from weavecore.model.latitudes import Latitudes
 
 LATITUDINAL, LONGITUDINAL, POCKET = 0, 1, 2
+"""Families of edges and strands, as the arrays hold them."""
+
 FAMILIES = ("latitudinal", "longitudinal", "pocket")
+"""Their names, in this order."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Nodes on the latitudes and the edges that bind them (Yan et al. 2016, §5).
+    """Nodes on the latitudes and the edges between them (Yan et al. 2016, §5).
 
     Parameters
     ----------
     latitudes : Latitudes
-        What it was made from.
+        The latitudes that it was made from.
     nodes : (N, 3) float64
     face_offsets : (F+1,) int64
-    face_nodes : (…,) int64
+    face_nodes : (C,) int64
         Corners of face ``f``: ``face_nodes[face_offsets[f]:face_offsets[f + 1]]``,
         counter-clockwise seen from outside.
     edges : (E, 2) int64
@@ -33,12 +36,15 @@ class Lattice:
     edge_family : (E,) int64
         `LATITUDINAL`, `LONGITUDINAL` or `POCKET` (the paper's second step, §5).
     node_latitude : (N,) int64
-        Polyline of each node, -1 where it lies between them (a hub).
+        Polyline of each node, -1 where it lies between them (a Steiner vertex).
     node_station : (N,) float64
-        Arc length along that polyline, 0 for a hub.
+        Arc length along that polyline, 0 where there is none.
     pattern : str
     edge_length : float
-        The length that was aimed at.
+        Target length of the edges.
+    off_latitudes : bool
+        Whether nodes inside moved off the latitudes on which they were linked; ``node_latitude`` and
+        ``node_station`` then say where that was.  Those on borders stay on these.
     """
 
     latitudes: Latitudes
@@ -51,6 +57,7 @@ class Lattice:
     node_station: Floats
     pattern: str
     edge_length: float
+    off_latitudes: bool = False
 
     def __post_init__(self) -> None:
         n_nodes, n_edges = len(self.nodes), len(self.edges)
@@ -67,14 +74,17 @@ class Lattice:
 
     @property
     def n_nodes(self) -> int:
+        """Count of nodes."""
         return len(self.nodes)
 
     @property
     def n_faces(self) -> int:
+        """Count of faces."""
         return len(self.face_offsets) - 1
 
     @property
     def n_edges(self) -> int:
+        """Count of edges."""
         return len(self.edges)
 
     @cached_property
@@ -85,12 +95,18 @@ class Lattice:
         return lengths
 
 
-# ----------------------------------------------------------------------
-# How deep the nodes of a lattice lie: their distance from the borders along the surface.
-
-
 def node_depths(lattice: Lattice) -> Floats:
-    """(N,) distance of each node from the borders along the surface; off the latitudes that of the nearest vertex."""
+    """Distances of the nodes from the origins along the surface; off the latitudes those of the nearest vertices.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    (N,) float64
+        In the model's unit.
+    """
     latitudes = lattice.latitudes
     depths = latitudes.distance[lattice.node_latitude]
     off = np.flatnonzero(lattice.node_latitude < 0)
@@ -101,7 +117,16 @@ def node_depths(lattice: Lattice) -> Floats:
 
 
 def node_generations(lattice: Lattice) -> Floats:
-    """(N,) generation of each node, with a fraction where it lies between the latitudes."""
+    """Generations of the nodes, with a fraction between the latitudes.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    (N,) float64
+    """
     latitudes = lattice.latitudes
     between = node_depths(lattice) / latitudes.spacing
     generations: Floats = np.where(lattice.node_latitude < 0, between, latitudes.generation[lattice.node_latitude])

@@ -1,4 +1,4 @@
-"""`Polylines`: many polylines on a mesh, end to end in one array."""
+"""`Polylines`: many polylines on a mesh, as a ragged array."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, frozen, next_in_loop,
 
 @dataclass(frozen=True, eq=False)
 class Polylines:
-    """Polylines on a surface, in the manner of shapely 2's ragged arrays.
+    """Polylines on a surface, as points and offsets (like the ragged arrays of shapely 2).
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Polylines:
     face : (N,) int64
         A face of the mesh that each point lies in.
     barycentric : (N, 3) float64
-        Where in that face.
+        Weights of the corners of that face.
     """
 
     points: Floats

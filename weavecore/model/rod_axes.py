@@ -1,14 +1,25 @@
-"""`RodAxes`: the middle line of every rod as a smooth curve, and where it passes the joints."""
+"""`RodAxes`: the middle line of every rod as a smooth curve, and where it passes the joints.
+
+::
+
+    tip                                                              tip
+     o---------x-----------------x-------------x-----------------x----o
+     overhang  first visit                          last visit   overhang
+
+Between its first and its last visit an axis is a cubic spline; an open one goes on straight to its tips, which
+keeps its second derivative continuous, because it has no curvature at its outermost visits.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Union
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, frozen, rows_of
-from weavecore.geometry.splines import CurveSamples, sample_curves
+from weavecore.geometry.arrays import Bools, Floats, Ints, frozen, offsets_of, rows_of
+from weavecore.geometry.splines import CurveSamples, SplineRows, sample_curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,25 +34,27 @@ class RodAxes:
         Visits of strand ``s``: ``offsets[s]:offsets[s + 1]``.
     closed : (S,) bool
     points : (M, 3) float64
-        Where the axis is at each visit.
+        The axis at each visit.
     derivatives : (M, 3) float64
         Derivative there by the parameter.
     parameters : (M,) float64
-        Rising from 0 along each strand.
+        Rising along each strand, from 0 at its start: at the tip of an open one, at the first visit of a closed one.
     ends : (S,) float64
-        Parameter at the end of each strand; of a closed one that at which it is back at its first visit.
+        Parameter at the end of each strand: at the tip of an open one; where a closed one is back at its first visit.
+    overhangs : (S, 2) float64
+        Arc length from the first visit back to the tip, and from the last visit on to the other tip; 0 of closed ones.
     knot_offsets : (S+1,) int64
     knots : (…,) float64
         Knots of each strand's B-spline of degree 3 in full form, four more than control points.
     control_offsets : (S+1,) int64
     controls : (…, 3) float64
-        Control points; of a closed strand the first three come again at the end.
+        Control points; of a closed strand the first three are repeated at the end.
     stations : (M,) float64
         Arc length from the start of the strand to each visit.
     lengths : (S,) float64
-        Arc length of each strand, once around for a closed one.
+        Arc length of each strand, from tip to tip, or once around for a closed one.
     layer_offsets : (M,) float64
-        How far out of the surface the axis is at each visit, along the node's normal.
+        Distance of the axis from the surface at each visit, along the node's normal.
     """
 
     offsets: Ints
@@ -50,6 +63,7 @@ class RodAxes:
     derivatives: Floats
     parameters: Floats
     ends: Floats
+    overhangs: Floats
     knot_offsets: Ints
     knots: Floats
     control_offsets: Ints
@@ -67,6 +81,7 @@ class RodAxes:
             ("derivatives", np.float64, (m, 3)),
             ("parameters", np.float64, (m,)),
             ("ends", np.float64, (n,)),
+            ("overhangs", np.float64, (n, 2)),
             ("knot_offsets", np.int64, (n + 1,)),
             ("knots", np.float64, (-1,)),
             ("control_offsets", np.int64, (n + 1,)),
@@ -90,8 +105,81 @@ class RodAxes:
         knots = self.knots[self.knot_offsets[s] : self.knot_offsets[s + 1]]
         return knots, self.controls[self.control_offsets[s] : self.control_offsets[s + 1]]
 
-    def samples(self, step: float) -> CurveSamples:
-        """Points no further than ``step`` apart along every axis, all visits among them."""
-        return sample_curves(
-            self.points, self.derivatives, self.parameters, self.offsets, self.closed, self.ends, step=step
+    @cached_property
+    def rows(self) -> CurveRows:
+        """The axes with their tips as the first and last points of the open ones."""
+        return with_tips(
+            self.points, self.derivatives, self.parameters, self.offsets, self.closed, self.ends, self.overhangs
         )
+
+    def samples(self, step: Union[float, Floats]) -> CurveSamples:
+        """Points no further than ``step`` apart along every axis, tips and visits among them; the visits are given.
+
+        Parameters
+        ----------
+        step : float or (n,) float64
+            One for all, or one for each cubic of `CurveRows`.
+        """
+        rows = self.rows
+        samples = sample_curves(
+            rows.points, rows.derivatives, rows.parameters, rows.offsets, self.closed, rows.ends, step=step
+        )
+        is_visit = np.zeros(len(samples.stations), bool)
+        is_visit[np.flatnonzero(samples.is_given)[rows.visits]] = True
+        return replace(samples, is_given=is_visit)
+
+
+@dataclass(frozen=True, eq=False)
+class CurveRows:
+    """Rows of points with derivatives, as `sample_curves` takes them; ``visits`` (M,) are those of the rods."""
+
+    points: Floats
+    derivatives: Floats
+    parameters: Floats
+    offsets: Ints
+    ends: Floats
+    visits: Ints
+
+
+def with_tips(
+    points: Floats,
+    derivatives: Floats,
+    parameters: Floats,
+    offsets: Ints,
+    closed: Bools,
+    ends: Floats,
+    overhangs: Floats,
+) -> CurveRows:
+    """Add the tips of rods that run on straight beyond their outermost visits; see `RodAxes` for the arrays."""
+    has_tip = (overhangs > 0) & ~closed[:, None]
+    first, last = np.flatnonzero(has_tip[:, 0]), np.flatnonzero(has_tip[:, 1])
+    counts = np.diff(offsets) + has_tip.sum(1)
+    row_offsets = offsets_of(counts)
+    visits = np.arange(len(points)) + np.repeat(row_offsets[:-1] + has_tip[:, 0] - offsets[:-1], np.diff(offsets))
+    places, slopes, at = np.zeros((row_offsets[-1], 3)), np.zeros((row_offsets[-1], 3)), np.zeros(row_offsets[-1])
+    places[visits], slopes[visits], at[visits] = points, derivatives, parameters
+    for rod, tip, visit, way, column in (
+        (first, row_offsets[:-1][first], offsets[:-1][first], -1.0, 0),
+        (last, row_offsets[1:][last] - 1, offsets[1:][last] - 1, 1.0, 1),
+    ):
+        reach = overhangs[rod, column] / np.maximum(np.linalg.norm(derivatives[visit], axis=1), np.finfo(float).tiny)
+        places[tip] = points[visit] + way * reach[:, None] * derivatives[visit]
+        slopes[tip] = derivatives[visit]
+        at[tip] = parameters[visit] + way * reach
+    return CurveRows(places, slopes, at, row_offsets, ends, visits)
+
+
+def tip_parameters(rows: SplineRows, offsets: Ints, overhangs: Floats) -> tuple[Floats, Floats]:
+    """Parameters (M,) of the visits and (S,) of the ends, when the splines begin and end at tips; see `RodAxes`.
+
+    Parameters
+    ----------
+    rows : SplineRows
+        Between the outermost visits.
+    offsets : (S+1,) int64
+    overhangs : (S, 2) float64
+    """
+    outermost = np.stack([offsets[:-1], offsets[1:] - 1], axis=1)
+    speed = np.linalg.norm(rows.derivatives[outermost], axis=2)
+    reach = overhangs / np.maximum(speed, np.finfo(float).tiny)
+    return rows.parameters + reach[rows_of(offsets), 0], rows.ends + reach.sum(axis=1)

@@ -1,4 +1,4 @@
-"""`BuildSequence`: in which order the rods are set, and when each joint is tied."""
+"""`BuildSequence`: the order in which rods are set, and when each joint is tied."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from weavecore.geometry.arrays import Bools, Ints, frozen
 
 @dataclass(frozen=True, eq=False)
 class BuildSequence:
-    """One step a rod: step ``k`` sets rod ``strand[k]`` and ties the joints of which all rods then stand.
+    """One step a rod: step ``k`` sets rod ``strand[k]`` and ties the joints whose rods are then all set.
 
     Parameters
     ----------
     strand : (S,) int64
         Each rod once.
     is_ring : (S,) bool
-        Whether the rod of each step is a ring of the latitudinal family, or a rod of it from selvedge to
-        selvedge, which the others bind.
+        Whether the rod of each step is a ring of the latitudinal family, or a rod of that family
+        between free borders.
     generation : (S,) int64
         Never falling: all rings of a generation, then the rods that are woven in before the next.  Generation 0
-        are the borders and what binds them alone.
+        are the borders, and the rods that bind only them.
     tied_offsets : (S+1,) int64
     tied : (J,) int64
         Joints that step ``k`` ties, rising: ``tied[tied_offsets[k]:tied_offsets[k + 1]]``; each joint once.

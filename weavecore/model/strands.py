@@ -18,11 +18,11 @@ class Strands:
     ----------
     offsets : (S+1,) int64
         Strand ``s`` runs through ``nodes[offsets[s]:offsets[s + 1]]``.
-    nodes : (…,) int64
+    nodes : (M,) int64
         The first node of a closed strand is not repeated at its end.
     family : (S,) int64
-        `LATITUDINAL`, `LONGITUDINAL` or `POCKET`.  Latitudinal edges keep to themselves; a longitudinal
-        strand may go on along edges of a pocket.
+        `LATITUDINAL`, `LONGITUDINAL` or `POCKET`.  Latitudinal strands have latitudinal edges only; a longitudinal
+        strand may continue along edges of a pocket.
     closed : (S,) bool
     """
 
@@ -53,17 +53,26 @@ class Strands:
 
 
 def first_generations(strands: Strands, lattice: Lattice) -> Ints:
-    """(S,) the least generation that each strand touches.
+    """The least generation that each strand touches.
 
-    Nodes that lie on none do not count unless they are all; then it is 0, or on a surface with selvedges, along which
+    Nodes off the latitudes do not count unless all are; then it is 0, or on a surface with free borders, along which
     rods lie at any depth, that of the latitudes before them, by their mean depth as in the order of construction.
+
+    Parameters
+    ----------
+    strands : Strands
+    lattice : Lattice
+
+    Returns
+    -------
+    (S,) int64
     """
     latitudes = lattice.latitudes
     none = latitudes.n_generations
     of_node = np.where(lattice.node_latitude < 0, none, latitudes.generation[lattice.node_latitude])
     least: Ints = np.minimum.reduceat(of_node[strands.nodes], strands.offsets[:-1])
     before = np.zeros(len(strands), np.int64)
-    if latitudes.surface.is_selvedge.any():
+    if latitudes.surface.is_free_border.any():
         depth = np.add.reduceat(node_generations(lattice)[strands.nodes], strands.offsets[:-1])
         before = np.floor(depth / np.diff(strands.offsets))
     begins: Ints = np.where(least == none, before, least).astype(np.int64)

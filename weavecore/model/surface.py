@@ -1,4 +1,8 @@
-"""`SurfaceMesh`: the triangle mesh that is woven."""
+"""`SurfaceMesh`: the triangle mesh that is woven; `Origins`: the paths on it from which distances start.
+
+Halfedge h = 3 · face + k runs from corner k of its face to corner k + 1; ``twins[h]`` is its twin in the other
+direction.
+"""
 
 from __future__ import annotations
 
@@ -39,9 +43,9 @@ class SurfaceMesh:
         (Yan et al. 2016, §4.1).  The mesh stays closed; distances start at the cuts
         as they do at the borders, on both sides.
     name : str, optional
-        The name of the object or file that it came from.
+        Name of the object or file.
     mendings : sequence of str, optional
-        What was mended on the way in, one sentence each.
+        What was repaired when it was read, one sentence each.
     starts : Origins, optional
         Where distances start, if not at all borders and cuts.  The other borders cut the polylines, which then
         are open.
@@ -79,11 +83,11 @@ class SurfaceMesh:
 
     def _check_arrays(self) -> None:
         if len(self.faces) == 0:
-            raise Degenerate("The mesh has no faces", remedy="Give a surface that has an area.")
+            raise Degenerate("The mesh has no faces", remedy="Use a surface that has an area.")
         bad = np.flatnonzero(~np.isfinite(self.vertices).all(1))
         if len(bad):
             raise NonFinite(
-                "Coordinates that are not finite",
+                "Some coordinates are not finite",
                 remedy="Repair or delete these vertices.",
                 ids=bad.tolist(),
                 kind="vertex",
@@ -91,7 +95,7 @@ class SurfaceMesh:
         bad = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(1))
         if len(bad):
             raise BadIndex(
-                f"Faces that name vertices beyond the {len(self.vertices)} there are",
+                f"Some faces name vertices beyond the {len(self.vertices)} of the mesh",
                 remedy="Repair the mesh: its face list does not fit its vertices.",
                 ids=bad.tolist(),
                 kind="face",
@@ -107,31 +111,36 @@ class SurfaceMesh:
         bad = ~inside | ~np.isin(a * n + b, sides)
         if bad.any():
             raise BadIndex(
-                "Paths where distances start that do not run along edges",
-                remedy="Give vertices of which each has an edge to the next.",
+                "Some paths from which distances start do not run along edges",
+                remedy="Use vertices each of which has an edge to the next.",
                 ids=np.unique(a[bad]).tolist(),
                 kind="vertex",
             )
 
     @property
     def twins(self) -> Ints:
+        """(3F,) twin of each halfedge, -1 on the border."""
         twins: Ints = self.__dict__["_twins"]
         return twins
 
     @property
     def n_vertices(self) -> int:
+        """Count of vertices."""
         return len(self.vertices)
 
     @property
     def n_faces(self) -> int:
+        """Count of faces."""
         return len(self.faces)
 
     @property
     def n_edges(self) -> int:
+        """Count of undirected edges."""
         return (3 * self.n_faces + int((self.twins == NO_TWIN).sum())) // 2
 
     @property
     def euler_characteristic(self) -> int:
+        """V - E + F."""
         return self.n_vertices - self.n_edges + self.n_faces
 
     @cached_property
@@ -141,6 +150,7 @@ class SurfaceMesh:
 
     @property
     def is_closed(self) -> bool:
+        """Whether the mesh has no border."""
         return len(self.borders) == 0
 
     @cached_property
@@ -171,7 +181,7 @@ class SurfaceMesh:
         return flag
 
     @cached_property
-    def is_selvedge(self) -> Bools:
+    def is_free_border(self) -> Bools:
         """(3F,) whether a halfedge lies on a border from which no distance starts."""
         flag: Bools = (self.twins == NO_TWIN) & ~self.is_origin
         flag.flags.writeable = False
@@ -179,7 +189,7 @@ class SurfaceMesh:
 
     @cached_property
     def component_of_face(self) -> Ints:
-        """(F,) connected component of each face (cuts do not part them)."""
+        """(F,) connected component of each face; cuts do not separate them."""
         return components(self.twins)[1]
 
     @cached_property
@@ -202,10 +212,6 @@ class SurfaceMesh:
     def size(self) -> float:
         """Length of the diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
-
-
-# ----------------------------------------------------------------------
-# `Origins`: the paths along edges of a surface from which distances start.
 
 
 @dataclass(frozen=True, eq=False)

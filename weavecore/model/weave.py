@@ -1,4 +1,4 @@
-"""`Weave`: rods with names, an order at every joint, and a middle line that can be cut and bent."""
+"""`Weave`: rods with names, an order at every joint, and axes."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from weavecore.model.strands import Strands
 
 @dataclass(frozen=True, eq=False)
 class Weave:
-    """What is woven (Yan et al. 2016, §3 and §6): continuous rods, over and under one another.
+    """Continuous rods, over and under one another (Yan et al. 2016, §3 and §6).
 
     Parameters
     ----------
     lattice : Lattice
-        What it was made from.
+        The lattice that it was made from.
     strands : Strands
         The rods as rows of nodes.
     ids : tuple of str
-        What is written on the tape of each rod: a letter for its family and a number, ``L03`` a
-        latitude, ``A12`` and ``B12`` longitudes that lean forward and back, ``P05`` a pocket's.
+        Name of each rod: a letter for its family and a number, ``L03`` latitudinal,
+        ``A12`` and ``B12`` longitudinal, leaning forwards and backwards, ``P05`` of a pocket.
     joints : Joints
         Which rods cross at which nodes, from the innermost to the outermost.
     axes : RodAxes
-        The middle lines.
+        The centre lines of the rods.
     normals : (N, 3) float64
         The direction out of the surface in which the rods at each node are stacked: the axis of a
         rod is at ``nodes + layer_offset * normals``.
@@ -43,11 +43,11 @@ class Weave:
     over_under : str
         ``"stacked"``, ``"plain"`` or a twill such as ``"twill 2/2"``.
     conflicts : (C, 3) int64
-        What could not be helped: a strand, a node, and the node before it along the strand
-        from which the order does not go on as it should.
+        Departures from the over-under order: a strand, a node, and the node before it along the strand
+        from which the order does not continue.
     clashes : Clashes
-        Rods that come nearer to each other than they are thick; mostly where they run
-        alongside, or where joints are closer than a few diameters.
+        Rods that intersect away from their joints; mostly where they run
+        side by side, or where joints are closer than a few diameters.
     """
 
     lattice: Lattice
@@ -93,7 +93,7 @@ class Weave:
 
     @property
     def n_ends_inside(self) -> int:
-        """How many ends of rods do not lie on a border of the surface."""
+        """Count of rod ends that do not lie on a border of the surface."""
         return int((~self.is_border_node[self.end_nodes]).sum())
 
     @cached_property

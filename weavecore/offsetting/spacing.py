@@ -1,4 +1,11 @@
-"""`Ladder`: how far from the borders each generation lies."""
+"""Level schedule: the distance of each generation from the origins; and a default spacing.
+
+Generation g lies at the distance d_g.  The *level index* counts generations continuously, and is linear between two of
+them: 2.5 lies halfway between the second and the third.
+
+    level index  0      1           2    3    4             d_0 = 0, then one spacing after the other; the last
+    distance     |------|-----------|----|----|---          one is repeated
+"""
 
 from __future__ import annotations
 
@@ -17,115 +24,147 @@ from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.geometry.refine import refine_faces
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.distance.solver import measure_distance
-from weavecore.tolerances import LEVEL_REACHED
+from weavecore.tolerances import LEVEL_ROUNDING
 
 Spacing = Union[float, Sequence[float], Floats]
-"""One distance from each generation to the next, or one after the other, of which the last goes on."""
+"""One distance from each generation to the next, or one after the other, of which the last is repeated."""
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class LevelSchedule:
     """Distances of the generations.
-
-    A *height* counts generations: 2.5 lies halfway between the second and the third.
 
     Parameters
     ----------
-    rungs : (n + 1,) float64
-        Distances of generations 0 to n, from 0.
-    step : float
+    levels : (n + 1,) float64
+        Distances of generations 0 to n, from 0, in the model's unit.
+    last_spacing : float
         From each generation after those to the next.
     """
 
-    rungs: Floats
-    step: float
+    levels: Floats
+    last_spacing: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rungs", frozen(self.rungs, np.float64, (-1,)))
+        object.__setattr__(self, "levels", frozen(self.levels, np.float64, (-1,)))
 
     @staticmethod
-    def of(spacing: Spacing) -> Ladder:
-        """The ladder of one spacing or of several.
+    def of(spacing: Spacing) -> LevelSchedule:
+        """The schedule of one spacing or of several.
+
+        Parameters
+        ----------
+        spacing : float or sequence of float
+            In the model's unit.
 
         Raises
         ------
         Unsupported
-            When one is not a positive number, or there is none.
+            If one is not a positive number, or there is none.
         """
-        steps = np.atleast_1d(np.asarray(spacing, np.float64))
-        if steps.ndim != 1 or len(steps) == 0:
-            raise Unsupported("No spacing is given", remedy="Give one positive length, or several.")
-        wrong = steps[~(np.isfinite(steps) & (steps > 0))]
+        spacings = np.atleast_1d(np.asarray(spacing, np.float64))
+        if spacings.ndim != 1 or len(spacings) == 0:
+            raise Unsupported("Missing spacing", remedy="Give one positive length, or several.")
+        wrong = spacings[~(np.isfinite(spacings) & (spacings > 0))]
         if len(wrong):
             raise Unsupported(
-                f"A spacing of {wrong[0]:g} is no distance", remedy="Give a positive length in the surface's unit."
+                f"Spacing must be positive (got {wrong[0]:g})", remedy="Give a positive length in the surface's unit."
             )
-        return Ladder(np.concatenate([[0.0], np.cumsum(steps[:-1])]), float(steps[-1]))
+        return LevelSchedule(np.concatenate([[0.0], np.cumsum(spacings[:-1])]), float(spacings[-1]))
 
     @property
-    def steps(self) -> Floats:
-        """(n + 1,) what it was made of."""
-        return np.append(np.diff(self.rungs), self.step)
+    def spacings(self) -> Floats:
+        """(n + 1,) the spacings that it was made of."""
+        return np.append(np.diff(self.levels), self.last_spacing)
 
     @property
-    def least(self) -> float:
-        """The narrowest step."""
-        return float(self.steps.min())
+    def least_spacing(self) -> float:
+        """The narrowest spacing."""
+        return float(self.spacings.min())
 
-    def widest(self, n_generations: int) -> float:
-        """The widest step up to the one beyond the last of so many generations."""
-        return float(self.steps[:n_generations].max())
+    def widest_spacing(self, n_generations: int) -> float:
+        """The widest of the spacings that follow so many generations, generation 0 among them.
 
-    def step_after(self, generation: int) -> float:
+        The one that follows the last generation counts: the surface goes on for up to that far beyond it.
+        """
+        return float(self.spacings[:n_generations].max())
+
+    def spacing_after(self, generation: int) -> float:
         """From a generation to the next."""
-        return float(self.steps[min(generation, len(self.rungs) - 1)])
+        return float(self.spacings[min(generation, len(self.levels) - 1)])
 
-    def height(self, distance: Floats) -> Floats:
-        """How many generations each distance lies from the borders."""
-        top = len(self.rungs) - 1
-        beyond: Floats = (distance - self.rungs[-1]) / self.step
+    def level_index(self, distance: Floats) -> Floats:
+        """Level index of each distance.
+
+        Parameters
+        ----------
+        distance : (n,) float64
+
+        Returns
+        -------
+        (n,) float64
+        """
+        top = len(self.levels) - 1
+        beyond: Floats = (distance - self.levels[-1]) / self.last_spacing
         if top == 0:
             return beyond
-        within = np.interp(distance, self.rungs, np.arange(top + 1.0))
-        return np.where(distance < self.rungs[-1], within, top + beyond)
+        within = np.interp(distance, self.levels, np.arange(top + 1.0))
+        return np.where(distance < self.levels[-1], within, top + beyond)
 
-    def distance(self, height: Floats) -> Floats:
-        """The distance at each height; the other way of `height`."""
-        top = len(self.rungs) - 1
-        beyond: Floats = self.rungs[-1] + (height - top) * self.step
+    def distance_of(self, level_index: Floats) -> Floats:
+        """Distance of each level index: the inverse of `level_index`.
+
+        Parameters
+        ----------
+        level_index : (n,) float64
+
+        Returns
+        -------
+        (n,) float64
+        """
+        top = len(self.levels) - 1
+        beyond: Floats = self.levels[-1] + (level_index - top) * self.last_spacing
         if top == 0:
             return beyond
-        within = np.interp(height, np.arange(top + 1.0), self.rungs)
-        return np.where(height < top, within, beyond)
+        within = np.interp(level_index, np.arange(top + 1.0), self.levels)
+        return np.where(level_index < top, within, beyond)
 
-    def count_below(self, distance: Floats) -> Ints:
-        """Number of generations at or below each distance."""
-        return np.floor(self.height(distance) + LEVEL_REACHED).astype(np.int64)
+    def levels_below(self, distance: Floats) -> Ints:
+        """Number of generations at or below each distance, generation 0 not counted.
 
+        Parameters
+        ----------
+        distance : (n,) float64
 
-# ----------------------------------------------------------------------
-# A sensible spacing where none is asked for.
+        Returns
+        -------
+        (n,) int64
+        """
+        return np.floor(self.level_index(distance) + LEVEL_ROUNDING).astype(np.int64)
+
 
 N_GENERATIONS = 15
-"""How many generations the deepest part of a surface gets: enough to read its shape, few enough to build."""
+"""Generations in the deepest part of a surface, where no spacing is asked for: enough to show its shape, few enough to
+build."""
 
-FEWEST_GENERATIONS = 5
+MIN_GENERATIONS = 5
 """A mesh too coarse for that gets a wider spacing, but never so wide that fewer than these fit."""
 
-EDGES_PER_SPACING = 3.0
-"""A spacing of fewer mean edges than this would show the facets of the mesh rather than its shape."""
+SUGGESTED_EDGES_PER_SPACING = 3.0
+"""A suggested spacing is at least so many mean edges wide: a narrower one would show the facets of the mesh rather than
+its shape.  (Where a narrower one is asked for the mesh is refined to two edges a spacing: see `preparation`.)"""
 
-MOST_BEND = 1.5
-"""Radians that the surface may turn over one spacing, on the mean: more, and the rings would cut through its tubes."""
+MAX_TURN_PER_SPACING = 1.5
+"""Radians that the surface may turn over one spacing, on average: more, and the rings would cut through its tubes."""
 
 _FEW_FACES = 2000  # such a mesh may be coarser than the surface is deep
-_FEWEST_EDGES = 12  # across a square of the surface's area
+_MIN_EDGES_ACROSS = 12  # a square of the surface's area
 
-_FRIENDLY = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
+_ROUND_NUMBERS = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 
 
 def suggest_spacing(surface: SurfaceMesh) -> float:
-    """A spacing that fills the surface with some fifteen generations, as a round number.
+    """Suggest a round spacing that fills the surface with about fifteen generations.
 
     Parameters
     ----------
@@ -140,17 +179,35 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     mean_edge = math.sqrt(areas.mean() * 4 / math.sqrt(3))
     if surface.n_faces < _FEW_FACES:
-        depth = _depth_of_few_faces(surface, longest=math.sqrt(areas.sum()) / _FEWEST_EDGES)
+        depth = _depth_of_few_faces(surface, longest=math.sqrt(areas.sum()) / _MIN_EDGES_ACROSS)
     else:
         depth = _depth_along_edges(surface)
     if depth == 0:  # All vertices lie on borders still: as deep as the circle in the widest face.
         depth = 2 * float((areas / surface.edge_lengths.reshape(-1, 3).sum(1)).max())
-    wanted = min(depth / N_GENERATIONS, MOST_BEND * _mean_radius(surface, float(areas.sum())))
-    return round_friendly(max(wanted, min(EDGES_PER_SPACING * mean_edge, depth / FEWEST_GENERATIONS)))
+    wanted = min(depth / N_GENERATIONS, MAX_TURN_PER_SPACING * _mean_radius(surface, float(areas.sum())))
+    return round_length(max(wanted, min(SUGGESTED_EDGES_PER_SPACING * mean_edge, depth / MIN_GENERATIONS)))
+
+
+def round_length(length: float) -> float:
+    """Number nearest in proportion among 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and their decimal multiples.
+
+    Parameters
+    ----------
+    length : float
+        Positive.
+
+    Returns
+    -------
+    float
+    """
+    exponent = math.floor(math.log10(length))
+    mantissa = length / 10.0**exponent
+    nearest = _ROUND_NUMBERS[np.argmin(np.abs(np.log(_ROUND_NUMBERS / mantissa)))]
+    return float(f"{nearest:g}e{exponent}")
 
 
 def _mean_radius(surface: SurfaceMesh, area: float) -> float:
-    """One over the mean of the curvature over the surface: the turn at each edge, times its length, over the area."""
+    """Area over the total curvature: the turn at each edge times its length, summed."""
     halfedge = np.flatnonzero(surface.twins > np.arange(len(surface.twins)))
     one, other = surface.face_normals[halfedge // 3], surface.face_normals[surface.twins[halfedge] // 3]
     turn = np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(1))
@@ -158,21 +215,8 @@ def _mean_radius(surface: SurfaceMesh, area: float) -> float:
     return area / bend if bend > 0 else math.inf
 
 
-def spacing_for_edges(edge_length: float) -> float:
-    """The spacing at which edges of that length make equilateral triangles: the height of one."""
-    return edge_length * math.sqrt(3) / 2
-
-
-def round_friendly(length: float) -> float:
-    """The number nearest in proportion among 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and their decimal multiples."""
-    exponent = math.floor(math.log10(length))
-    mantissa = length / 10.0**exponent
-    nearest = _FRIENDLY[np.argmin(np.abs(np.log(_FRIENDLY / mantissa)))]
-    return float(f"{nearest:g}e{exponent}")
-
-
 def _depth_along_edges(surface: SurfaceMesh) -> float:
-    """Distance of the farthest vertex from the borders and cuts, along edges: some percent too long, and cheap."""
+    """Distance of the farthest vertex from the origins along edges: some percent too long, and cheap."""
     tail, head = halfedge_ends(surface.faces)
     n = surface.n_vertices
     graph = coo_matrix((surface.edge_lengths, (tail, head)), shape=(n, n)).tocsr()
@@ -185,7 +229,7 @@ def _depth_along_edges(surface: SurfaceMesh) -> float:
 def _depth_of_few_faces(surface: SurfaceMesh, *, longest: float) -> float:
     """The same where edges may be as long as the surface is deep, or no vertex lies off the borders."""
     fine = refine_faces(
-        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, yielding=surface.is_selvedge
+        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, splittable=surface.is_free_border
     )
     distance = measure_distance(replace(surface, vertices=fine.vertices, faces=fine.faces)).distance
     return float(distance[np.isfinite(distance)].max())

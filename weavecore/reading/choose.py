@@ -1,11 +1,11 @@
-"""Which objects of a Rhino file are meant.
+"""Select objects of a Rhino file: by layer, by name or id, or the only candidate.
 
-By layer, by name or id, or the only one there is.  What is hidden, locked, on a layer that
-is off, or part of a block, is not meant unless it is named; naming the layer is enough for
-what is aside because of its layer.
+An object is a candidate if it is of a kind that a surface can be made of, and neither hidden, locked, on a layer
+that is off or locked, nor only part of a block.  Others must be named; naming the layer is enough for those excluded
+because of their layer.
 
-One layer, or one name, may stand for several objects: they are meant together if they hang together
-along their edges.  Objects that are each named are meant together in any case.
+One layer, or one name, may stand for several objects: they are joined if their edges connect them to one piece.
+Objects that are each named are joined in any case.
 """
 
 from __future__ import annotations
@@ -22,27 +22,39 @@ Names = Union[str, Sequence[str], None]
 """A name, several, or none."""
 
 _SEPARATOR = "::"
+"""Between the names of nested layers in a full path, as Rhino writes it."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The objects that are meant, in the order of the file, and whether each of them was named by itself."""
+    """The selected objects, and whether each of them was named by itself.
+
+    Parameters
+    ----------
+    objects : tuple of RhinoObject
+        In the order of the file.
+    is_listed : bool
+    """
 
     objects: tuple[RhinoObject, ...]
     is_listed: bool
 
 
 def choose_objects(document: RhinoDocument, *, layer: Names = None, object: Names = None) -> Choice:  # noqa: A002 - what a user calls it
-    """The objects that are meant: one, or several that are to make one surface.
+    """Select one object, or several that are to make one surface.
 
     Parameters
     ----------
     document : RhinoDocument
     layer : str or sequence of str, optional
-        ``Parent::Child`` or the last name alone; upper and lower case are the same.
-        Objects on layers below it are meant where it holds none itself.
+        ``Parent::Child`` or the last name alone; case is ignored unless it decides.  Objects on sublayers are
+        selected if the layer holds none itself.
     object : str or sequence of str, optional
         Name or id of the object, or of each of several.
+
+    Returns
+    -------
+    Choice
 
     Raises
     ------
@@ -52,27 +64,37 @@ def choose_objects(document: RhinoDocument, *, layer: Names = None, object: Name
     found: list[RhinoObject] = list(document.objects)
     if layers:
         found = _in_order(document, [one for name in layers for one in _on_layer(document, name)])
-    among, meant = found, list[RhinoObject]()
+    among, selected = found, list[RhinoObject]()
     for name in names or (None,):
         found = among if name is None else _named(document, among, name, layers)
         surfaces = [one for one in found if one.is_surface]
-        shown = [one for one in surfaces if not _is_aside(one, layers)]
-        if name is not None and not shown:
-            shown = surfaces
-        if not shown:
-            raise _none(document, found, surfaces, layers, name)
-        meant += shown
-    chosen = _in_order(document, meant)
+        visible = [one for one in surfaces if not _is_excluded(one, layers)]
+        if name is not None and not visible:
+            visible = surfaces
+        if not visible:
+            raise _no_surface_error(document, found, surfaces, layers, name)
+        selected += visible
+    chosen = _in_order(document, selected)
     if len(chosen) > 1 and not layers and not names:
-        raise ambiguous(document, chosen)
+        raise ambiguous_error(document, chosen)
     return Choice(tuple(chosen), len(names) > 1)
 
 
-def ambiguous(document: RhinoDocument, objects: Sequence[RhinoObject]) -> AmbiguousSurface:
-    """What is told where several objects could be meant."""
+def ambiguous_error(document: RhinoDocument, objects: Sequence[RhinoObject]) -> AmbiguousSurface:
+    """The error that lists several objects that a selection may stand for.
+
+    Parameters
+    ----------
+    document : RhinoDocument
+    objects : sequence of RhinoObject
+
+    Returns
+    -------
+    AmbiguousSurface
+    """
     return AmbiguousSurface(
-        f"{document.file_name} has {len(objects)} objects that could be meant",
-        remedy="Name one of them by its layer, its name or its id; name several to have them joined.",
+        f"{document.file_name} has {len(objects)} candidate objects",
+        remedy="Name one of them by its layer, name or id; name several to join them.",
         ids=[str(one) for one in objects],
     )
 
@@ -90,16 +112,21 @@ def _in_order(document: RhinoDocument, objects: Sequence[RhinoObject]) -> list[R
 
 
 def is_candidate(one: RhinoObject) -> bool:
-    """Whether the object can be meant without being named."""
+    """Whether an object is selected without being named.
+
+    Parameters
+    ----------
+    one : RhinoObject
+    """
     return one.is_surface and not one.aside
 
 
-def _is_aside(one: RhinoObject, layers: tuple[str, ...]) -> bool:
+def _is_excluded(one: RhinoObject, layers: tuple[str, ...]) -> bool:
     return bool(one.aside) and not (layers and one.aside.startswith("on a layer"))
 
 
 def _on_layer(document: RhinoDocument, layer: str) -> list[RhinoObject]:
-    paths = layers_meant(document.layers, layer)
+    paths = matching_layers(document.layers, layer)
     if not paths:
         raise NoSurface(
             f"{document.file_name} has no layer {layer!r}",
@@ -114,13 +141,25 @@ def _on_layer(document: RhinoDocument, layer: str) -> list[RhinoObject]:
     return on_it + [one for one in document.objects if one.layer.startswith(below)]
 
 
-def layers_meant(layers: Iterable[str], layer: str) -> set[str]:
-    """Full paths of the layers with this path, or else with this last name; the spelling as it is goes first."""
+def matching_layers(layers: Iterable[str], layer: str) -> set[str]:
+    """Full paths of the layers with a path, or else with that last name; an exact match precedes one that ignores
+    case.
+
+    Parameters
+    ----------
+    layers : iterable of str
+        Full paths.
+    layer : str
+
+    Returns
+    -------
+    set of str
+    """
     full = {path: path for path in layers}
     last = {path: path.split(_SEPARATOR)[-1] for path in full}
-    for spelt in (str, str.casefold):
+    for spelled in (str, str.casefold):
         for name in (full, last):
-            found = {path for path in full if spelt(name[path]) == spelt(layer)}
+            found = {path for path in full if spelled(name[path]) == spelled(layer)}
             if found:
                 return found
     return set()
@@ -140,7 +179,7 @@ def _named(document: RhinoDocument, among: list[RhinoObject], name: str, layers:
     return found
 
 
-def _none(
+def _no_surface_error(
     document: RhinoDocument,
     found: list[RhinoObject],
     surfaces: list[RhinoObject],
@@ -151,14 +190,14 @@ def _none(
     where += f" named {name!r}" if name is not None else ""
     if surfaces:
         return NoSurface(
-            f"{document.file_name} has surfaces{where}, but none that is shown",
+            f"{document.file_name} has surfaces{where}, all of them hidden, locked or part of a block",
             remedy="Show one, or name it by its name or id.",
             ids=[f"{one}, {one.aside}" for one in surfaces],
         )
     counts = Counter(one.kind for one in found)
-    there = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "no objects"
+    contents = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "no objects"
     return NoSurface(
-        f"{document.file_name} has no surface{where}, only: {there}",
+        f"{document.file_name} has no surface{where}, only: {contents}",
         remedy=f"Give a file with one of: {', '.join(SURFACE_KINDS)}.",
     )
 

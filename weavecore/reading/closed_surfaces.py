@@ -1,9 +1,21 @@
-"""Where a closed surface is cut in two, if nobody says (Yan et al. 2016, §4.1).
+"""Bisection of closed meshes: a closed surface has no border, so it is cut in two first (Yan et al. 2016, §4.1).
 
-Planes across the principal axes of the surface, and across the lines between them, are tried at several
-heights.  Taken is the one with the shortest cut for the area of its smaller side: short and balanced at once,
-as Cheeger's constant is.  A cut by a plane is smooth, may have several loops (a torus gives two), and turns
-with the surface.
+*Which plane.*  Planes across the principal axes of the surface, and across the lines between them, are tried at
+several heights; the cut with the least ratio of its length to the area of its smaller side is taken.  That is
+Cheeger's isoperimetric ratio: short and balanced at once.  A planar cut is smooth, may have several loops (a torus
+gives two), and rotates with the surface.  Each plane costs O(faces that it crosses) after O(faces) for each axis.
+
+*How.*  The mesh is split along the zero line of a function of its vertices, the *level*: their height over a plane,
+say. An edge whose ends lie on both sides is *crossed*.  Where the line comes close to a vertex it is led through it,
+else a new vertex is put on the crossed edge::
+
+          + ────── +                + ────── +
+           ╲      ╱ ╲                ╲      ╱ ╲
+        ─ ─ ╲ ─ ─╱─ ─╲─ ─  ──▶        p────q───r        p, q, r: new vertices; p q and q r are edges of the cut
+             ╲  ╱     ╲                ╲  ╱ ╲   ╲
+              - ────── -                - ────── -
+
+No vertex moves, so the shape stays.
 """
 
 from __future__ import annotations
@@ -22,75 +34,90 @@ from weavecore.reading.raw import Plane, counted
 from weavecore.tolerances import CUT_FROM_VERTEX, LEAST_CUT_OFF
 
 _SHARES = 0.5 + 0.04 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5])
-"""Parts of the area below the planes that are tried, the balanced ones first."""
+"""Parts of the area below the planes that are tried, the balanced ones first: from 0.3 to 0.7, so that
+both halves have room for rings."""
 
 _ROWS = 256
+"""Rows of a histogram of the area over the height: heights are good to 1/256 of the extent, the tried ones are 1/25
+of the area apart."""
+
 _MOST_NESTED = 4
-_TOUCH = 1e-9
+"""How deep small regions may lie in one another (a speck in a speck …); each level takes two passes."""
+
+_TOUCHING = 1e-9
+"""A plane that has less than this part of the size on one side only touches the surface, as one in a flat face
+does."""
+
 
 _ALIKE = 0.01
-"""Cuts whose worth differs by less are alike, and the first is taken; so are axes with such moments."""
+"""Cuts whose ratios differ by less are alike, and the first is taken; so are principal axes with such moments.
+Larger than the effect of meshing, so that the choice does not depend on it."""
 
 
 def cut_closed_parts(surface: SurfaceMesh, *, plane: Optional[Plane] = None) -> SurfaceMesh:
-    """The surface with each closed part cut in two; itself where there is none.
+    """Cut each closed component of a surface in two.
 
     Parameters
     ----------
     surface : SurfaceMesh
     plane : (point, normal), optional
-        Cuts the closed parts that lie on both sides of it.
+        Cuts the closed components that lie on both sides of it.
+
+    Returns
+    -------
+    SurfaceMesh
+        The same one if no component is closed and no plane is given.
 
     Raises
     ------
     Degenerate
-        Where a plane is given that has no normal, or meets none of the closed parts.
+        Where the plane has no normal, or intersects no closed component.
     """
-    heights = None if plane is None else _heights(surface.vertices, plane)
+    heights = None if plane is None else _signed_distances(surface.vertices, plane)
     parts = _closed_parts(surface)
     if not parts:
         unused = () if plane is None else ("The cutting plane was not used: no part of the surface is closed.",)
         return replace(surface, mendings=surface.mendings + unused) if unused else surface
-    level, n_met = np.ones(surface.n_vertices), 0
+    level, n_crossed = np.ones(surface.n_vertices), 0
     for faces in parts:
         used, local = np.unique(faces, return_inverse=True)
-        if heights is not None and _is_met(heights[used], surface.size):
+        if heights is not None and _is_crossed(heights[used], surface.size):
             level[used] = heights[used]
-            n_met += 1
+            n_crossed += 1
         else:
-            level[used] = balanced_level(surface.vertices[used], local.reshape(-1, 3))
-    if heights is not None and n_met == 0:
-        raise Degenerate("The plane meets no closed part of the surface", remedy="Move it, or leave it away.")
+            level[used] = _balanced_level(surface.vertices[used], local.reshape(-1, 3))
+    if heights is not None and n_crossed == 0:
+        raise Degenerate("The plane intersects no closed part of the surface", remedy="Move or omit it.")
     cut = cut_along(surface.vertices, surface.faces, surface.twins, level)
-    said = f"Cut {counted(len(parts), 'closed part')} in two along {counted(len(cut.loops), 'loop')}."
-    return replace(surface, vertices=cut.vertices, faces=cut.faces, cuts=cut.loops, mendings=(*surface.mendings, said))
+    note = f"Cut {counted(len(parts), 'closed part')} in two along {counted(len(cut.loops), 'loop')}."
+    return replace(surface, vertices=cut.vertices, faces=cut.faces, cuts=cut.loops, mendings=(*surface.mendings, note))
 
 
-def balanced_level(points: Floats, faces: Ints) -> Floats:
-    """A function (V,) of the vertices of a closed connected mesh whose zero line is a short and balanced cut."""
-    points = (points - points.mean(0)) / np.ptp(points, axis=0).max()
-    corners = points[faces]
+def _balanced_level(vertices: Floats, faces: Ints) -> Floats:
+    """A function (V,) of the vertices of a closed connected mesh whose zero line is a short, balanced cut."""
+    vertices = (vertices - vertices.mean(0)) / np.ptp(vertices, axis=0).max()
+    corners = vertices[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    axes = candidate_axes(corners.mean(1), area)
-    shifts, worth = zip(*(_try_planes(points, faces, area, points @ axis) for axis in axes))
-    is_good = np.concatenate(worth) >= (1 - _ALIKE) * np.max(worth)
-    axis, share = divmod(int(np.argmax(is_good)), len(_SHARES))
-    return _without_specks(faces, area, points @ axes[axis] - shifts[axis][share])
+    axes = _candidate_axes(corners.mean(1), area)
+    shifts, ratio = zip(*(_try_planes(vertices, faces, area, vertices @ axis) for axis in axes))
+    is_best = np.concatenate(ratio) >= (1 - _ALIKE) * np.max(ratio)
+    axis, share = divmod(int(np.argmax(is_best)), len(_SHARES))
+    return _without_small_regions(faces, area, vertices @ axes[axis] - shifts[axis][share])
 
 
-def candidate_axes(points: Floats, weight: Floats) -> Floats:
+def _candidate_axes(vertices: Floats, weight: Floats) -> Floats:
     """Directions (9, 3) across which planes are tried: the principal axes, longest first, then their sums."""
-    offset = points - np.average(points, axis=0, weights=weight)
+    offset = vertices - np.average(vertices, axis=0, weights=weight)
     moment, axes = np.linalg.eigh((offset * weight[:, None]).T @ offset)
-    axes = _settled(moment[::-1], axes[:, ::-1].T)
+    axes = _canonical_axes(moment[::-1], axes[:, ::-1].T)
     sums = [axes[i] + sign * axes[j] for i, j in ((0, 1), (0, 2), (1, 2)) for sign in (1, -1)]
     return np.concatenate([axes, np.array(sums) / np.sqrt(2)])
 
 
-def _settled(moment: Floats, axes: Floats) -> Floats:
-    """Principal axes (3, 3) made definite: what the moments leave open is chosen as near to z, x or y as can be."""
+def _canonical_axes(moment: Floats, axes: Floats) -> Floats:
+    """Principal axes (3, 3) made unique: what the moments leave open is chosen as near to z, x or y as possible."""
     group = np.concatenate([[0], np.cumsum(moment[:-1] - moment[1:] > _ALIKE * moment[0])])
-    settled: list[Floats] = []
+    canonical: list[Floats] = []
     for g in range(int(group[-1]) + 1):
         span = axes[group == g]
         left = span.T @ span
@@ -98,28 +125,30 @@ def _settled(moment: Floats, axes: Floats) -> Floats:
             near = left @ world
             length = float(np.linalg.norm(near))
             if length > 0.5:
-                settled.append(near / length)
-                left = left - np.outer(settled[-1], settled[-1])
-    return np.array(settled)
+                canonical.append(near / length)
+                left = left - np.outer(canonical[-1], canonical[-1])
+    return np.array(canonical)
 
 
-def _try_planes(points: Floats, faces: Ints, area: Floats, height: Floats) -> tuple[Floats, Floats]:
-    """Planes (S,) at heights that leave about the tried shares of the area below them, and their worth (S,)."""
+def _try_planes(vertices: Floats, faces: Ints, area: Floats, height: Floats) -> tuple[Floats, Floats]:
+    """Planes (S,) at heights that leave the tried shares of the area below them, and area over length (S,) of
+    each.
+    """
     a, b, c = (height[faces[:, k]] for k in range(3))
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     middle = a + b + c - low - high
     shifts = _heights_with_share_below(area, (a + b + c) / 3)
-    worth = np.empty(len(shifts))
+    ratio = np.empty(len(shifts))
     for k, shift in enumerate(shifts):
-        met = np.flatnonzero((low < shift) & (high >= shift))
-        length = _cut_length(points[faces[met]], height[faces[met]] - shift)
-        share = area @ (high < shift) + area[met] @ _part_below(low[met], middle[met], high[met], shift)
-        worth[k] = min(share, area.sum() - share) / max(length, 1e-9)
-    return shifts, worth
+        crossed = np.flatnonzero((low < shift) & (high >= shift))
+        length = _cut_length(vertices[faces[crossed]], height[faces[crossed]] - shift)
+        share = area @ (high < shift) + area[crossed] @ _part_below(low[crossed], middle[crossed], high[crossed], shift)
+        ratio[k] = min(share, area.sum() - share) / max(length, 1e-9)
+    return shifts, ratio
 
 
 def _heights_with_share_below(area: Floats, height: Floats) -> Floats:
-    """About the heights (S,) below which the tried shares of the area lie; good to a part of the extent."""
+    """Approximate heights (S,) below which the tried shares of the area lie."""
     low, extent = height.min(), np.ptp(height)
     row = ((height - low) * (_ROWS / max(extent, 1e-300))).astype(np.int64)
     held = np.bincount(row, area)
@@ -130,24 +159,24 @@ def _heights_with_share_below(area: Floats, height: Floats) -> Floats:
 
 
 def _part_below(low: Floats, middle: Floats, high: Floats, shift: float) -> Floats:
-    """Which part of the area of triangles (F,) lies below a plane that meets them."""
-    tip = np.where(shift < middle, shift - low, high - shift)
+    """Which part of the area of triangles (F,) lies below a plane that crosses them."""
+    depth = np.where(shift < middle, shift - low, high - shift)
     side = np.where(shift < middle, middle - low, high - middle)
-    part = np.divide(tip * tip, side * (high - low), out=np.zeros_like(tip), where=side > 0)
+    part = np.divide(depth * depth, side * (high - low), out=np.zeros_like(depth), where=side > 0)
     below: Floats = np.where(shift < middle, part, 1 - part)
     return below
 
 
 def _cut_length(p: Floats, a: Floats) -> float:
-    """Length of the line in which a plane meets triangles (F, 3, 3) whose corners have heights (F, 3) over it."""
+    """Length of the line in which a plane cuts triangles (F, 3, 3) whose corners have heights (F, 3) over it."""
     q, b = np.roll(p, -1, axis=1), np.roll(a, -1, axis=1)
     way = (a >= 0) * 1.0 - (b >= 0)
     crossing = p + (q - p) * np.divide(a, a - b, out=np.zeros_like(a), where=a != b)[:, :, None]
     return float(np.linalg.norm((crossing * way[:, :, None]).sum(1), axis=1).sum())
 
 
-def _without_specks(faces: Ints, area: Floats, level: Floats) -> Floats:
-    """The level with small regions given to the other side, so that no small loop is cut about them."""
+def _without_small_regions(faces: Ints, area: Floats, level: Floats) -> Floats:
+    """The level with regions below `LEAST_CUT_OFF` given to the other side, so that no small loop is cut."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -159,16 +188,16 @@ def _without_specks(faces: Ints, area: Floats, level: Floats) -> Floats:
         links = coo_matrix((np.ones(int(same.sum()), bool), (tail[same], head[same])), shape=(n, n))
         region = connected_components(links, directed=False)[1]
         size = np.bincount(region[faces].ravel(), np.repeat(area / 3, 3))
-        specks = size < LEAST_CUT_OFF * area.sum()
-        if not specks.any():
+        is_small = size < LEAST_CUT_OFF * area.sum()
+        if not is_small.any():
             break
-        turned = specks[region] & (above == (turn % 2 == 0))
+        turned = is_small[region] & (above == (turn % 2 == 0))
         level[turned] = -1.0 if turn % 2 == 0 else 1.0
     return level
 
 
 def _closed_parts(surface: SurfaceMesh) -> list[Ints]:
-    """Faces (f, 3) of each connected part without a border."""
+    """Faces (f, 3) of each connected component without a border."""
     part = surface.component_of_face
     is_open = np.zeros(int(part.max()) + 1, bool)
     is_open[part[np.flatnonzero(surface.twins == NO_TWIN) // 3]] = True
@@ -177,28 +206,20 @@ def _closed_parts(surface: SurfaceMesh) -> list[Ints]:
     return [surface.faces[order[offsets[k] : offsets[k + 1]]] for k in np.flatnonzero(~is_open)]
 
 
-def _heights(vertices: Floats, plane: Plane) -> Floats:
+def _signed_distances(vertices: Floats, plane: Plane) -> Floats:
     point, normal = (np.asarray(one, np.float64).reshape(-1) for one in plane)
     if point.shape != (3,) or normal.shape != (3,) or not np.isfinite([point, normal]).all() or not normal.any():
         raise Degenerate(
-            "The cutting plane is no point and direction", remedy="Give (point, normal), three numbers each."
+            "The cutting plane is not a point and a direction", remedy="Give (point, normal), three numbers each."
         )
     normal = normal / np.abs(normal).max()
     heights: Floats = (vertices - point) @ (normal / np.linalg.norm(normal))
     return heights
 
 
-def _is_met(heights: Floats, size: float) -> bool:
-    """Whether there is something on both sides of the plane, which may lie in a flat face."""
-    return bool(heights.min() < -_TOUCH * size and heights.max() > _TOUCH * size)
-
-
-# ----------------------------------------------------------------------
-# A closed mesh cut along the zero line of a function of its vertices, so that the line is made of edges.
-#
-# The *level* of a vertex is the value there: its height over a plane, say.  An edge whose ends lie on
-# both sides is *crossed*.  Where the line comes close to a vertex it goes through it, else a
-# new vertex is put on the crossed edge.  Nothing moves: the shape stays as it is.
+def _is_crossed(heights: Floats, size: float) -> bool:
+    """Whether there are vertices on both sides of the plane, which may lie in a flat face."""
+    return bool(heights.min() < -_TOUCHING * size and heights.max() > _TOUCHING * size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +233,7 @@ class Cut:
     faces : (F, 3) int64
         Those that are not crossed, in their order, then the parts of the others.
     loops : tuple of int arrays
-        Closed vertex loops without a common vertex, with the side above zero on their left.
+        Disjoint closed vertex loops, the positive side on their left.
     """
 
     vertices: Floats
@@ -221,16 +242,20 @@ class Cut:
 
 
 def cut_along(vertices: Floats, faces: Ints, twins: Ints, level: Floats) -> Cut:
-    """Split the faces along the line where the level is 0.
+    """Split the faces along the zero line of a function of the vertices.
 
     Parameters
     ----------
     vertices : (V, 3) float64
     faces : (F, 3) int64
-        Oriented and manifold; the line meets no border.
+        Oriented and manifold; the line crosses no border.
     twins : (3F,) int64
     level : (V,) float64
-        Vertices of level 0 count as above where the line cannot go through them.
+        Vertices of level 0 count as positive where the line cannot be led through them.
+
+    Returns
+    -------
+    Cut
     """
     tail, head = halfedge_ends(faces)
     part = _crossing_part(level[tail], level[head])
@@ -241,22 +266,22 @@ def cut_along(vertices: Floats, faces: Ints, twins: Ints, level: Floats) -> Cut:
     new = vertices[tail[first]] * (1 - at) + vertices[head[first]] * at
     middle = np.full(len(tail), -1, np.int64)
     middle[first] = middle[twins[first]] = len(vertices) + np.arange(len(first))
-    points = np.concatenate([vertices, new])
-    parts = _split(points, faces, middle.reshape(-1, 3))
-    return Cut(points, parts, _loops(parts, np.concatenate([side, np.zeros(len(new), np.int64)])))
+    vertices = np.concatenate([vertices, new])
+    parts = _split(vertices, faces, middle.reshape(-1, 3))
+    return Cut(vertices, parts, _loops(parts, np.concatenate([side, np.zeros(len(new), np.int64)])))
 
 
 def _crossing_part(a: Floats, b: Floats) -> Floats:
-    """Where a level that goes from a to b is 0, as a part of the way."""
+    """Where a level that goes linearly from a to b is 0, as a part of the edge."""
     part: Floats = np.divide(a, a - b, out=np.full(len(a), 0.5), where=a != b)
     return part
 
 
 def _sides(faces: Ints, twins: Ints, level: Floats, part: Floats) -> Ints:
-    """1 above, -1 below, 0 for vertices (V,) that the line goes through.
+    """1 for positive vertices (V,), -1 for negative ones, 0 for those that the line is led through.
 
-    The line may go through vertices that it comes close to where it then passes each just
-    once, and neither branches nor ends; the others go back to their side.
+    The line may pass through vertices close to it if it then passes each just once, and neither branches nor ends;
+    the others return to their side.
     """
     tail, head = halfedge_ends(faces)
     sign = np.where(level >= 0, 1, -1)
@@ -275,7 +300,7 @@ def _sides(faces: Ints, twins: Ints, level: Floats, part: Floats) -> Ints:
 def _branches(faces: Ints, twins: Ints, side: Ints) -> Bools:
     """Vertices (V,) on the line where other than no or two pieces of it meet.
 
-    A face that lies in the line with all its corners counts as below.
+    A face that lies in the line with all its corners counts as negative.
     """
     tail, head = halfedge_ends(faces)
     opposite = faces[:, [2, 0, 1]].ravel()
@@ -286,10 +311,10 @@ def _branches(faces: Ints, twins: Ints, side: Ints) -> Bools:
     return wrong
 
 
-def _split(points: Floats, faces: Ints, middle: Ints) -> Ints:
-    """Faces with those that have a vertex in the middle of one or two edges in parts.
+def _split(vertices: Floats, faces: Ints, middle: Ints) -> Ints:
+    """The faces, those with new vertices on one or two edges split.
 
-    ``middle`` (F, 3) is that vertex for the edge from corner k to k + 1, or -1.
+    ``middle`` (F, 3) is the new vertex on the edge from corner k to k + 1, or -1.
     """
     n_crossed = (middle >= 0).sum(1)
     one, two = np.flatnonzero(n_crossed == 1), np.flatnonzero(n_crossed == 2)
@@ -300,9 +325,9 @@ def _split(points: Floats, faces: Ints, middle: Ints) -> Ints:
     k = (middle[two].argmin(1) + 2) % 3
     a, b, c = (faces[two, (k + i) % 3] for i in range(3))
     p, q = middle[two, k], middle[two, (k + 2) % 3]
-    tips = np.stack([a, p, q], 1)
-    rests = split_quads(points, np.stack([p, b, c, q], 1)).reshape(-1, 3)
-    return np.concatenate([faces[n_crossed == 0], halves, tips, rests])
+    corner_parts = np.stack([a, p, q], 1)
+    opposite_parts = split_quads(vertices, np.stack([p, b, c, q], 1)).reshape(-1, 3)
+    return np.concatenate([faces[n_crossed == 0], halves, corner_parts, opposite_parts])
 
 
 def _loops(faces: Ints, side: Ints) -> tuple[Ints, ...]:

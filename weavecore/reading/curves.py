@@ -1,4 +1,9 @@
-"""Curves in files: the curve objects of a Rhino file, or rows of coordinates in a text file."""
+"""Curves in files and in memory as points along them.
+
+Files: the curve objects of a Rhino file, or rows of coordinates in a text file.  A NURBS curve is sampled at its
+knots and, between them, by bisection until no chord's midpoint is further from the curve than the tolerance:
+O(points).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +18,7 @@ from weavecore.errors import BadCurve, NoCurve, TooMuchWork, Unreadable, WeaveEr
 from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
 from weavecore.geometry.nurbs import NurbsCurve, curve_points
-from weavecore.reading.choose import layers_meant
+from weavecore.reading.choose import matching_layers
 from weavecore.reading.formats.mesh_file import read_bytes
 from weavecore.reading.formats.rhino_3dm import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.nurbs_mesher.brep_shape import nurbs_curve
@@ -22,10 +27,33 @@ from weavecore.rhino_geometry import curve_in_rhino_points, is_curve_in_rhino, i
 from weavecore.units import METRES
 
 RHINO = ".3dm"
-TEXTS = (".csv", ".txt", ".xyz")
-CURVE_ENDINGS = (RHINO, *TEXTS)
+"""Ending of Rhino files."""
 
-_BETWEEN = re.compile(rb"[\s,;]+")
+TEXTS = (".csv", ".txt", ".xyz")
+"""Endings of text files with one point in each line."""
+
+CURVE_ENDINGS = (RHINO, *TEXTS)
+"""Endings of all files that hold curves."""
+
+
+_SEPARATORS = re.compile(rb"[\s,;]+")
+"""Between the numbers of a line."""
+
+
+_PARTS_OF_SPAN = 4
+"""Parts of each knot span before bisection: a span of degree 3 has at most one inflection, at which a midpoint
+alone would see no deviation."""
+
+
+_TOLERANCE_OF_SIZE = 1e-4
+"""Points follow a curve to this part of its size, or to the model's tolerance where that is less."""
+
+_LEAST_OF_SIZE = 1e-7
+"""A model tolerance below this part of the size is not followed: it takes thousands of points around a circle."""
+
+
+_MOST_POINTS = 200_000
+"""Points on a curve: beyond them the tolerance is out of proportion to the size."""
 
 
 def read_curves(
@@ -37,17 +65,17 @@ def read_curves(
     time_limit: Optional[float] = None,
     progress: Optional[Callable[[float, str], None]] = None,
 ) -> list[Floats]:
-    """Read curves that distances are to start at.
+    """Read curves at which distances are to start.
 
     Parameters
     ----------
     path : path
-        Ends with ``.3dm``, or with ``.csv``, ``.txt`` or ``.xyz`` for a text file of one curve: x, y and z in
-        each line, with commas, semicolons or blanks between; commas are decimal ones in a line with semicolons.
+        Ends with ``.3dm``, or with ``.csv``, ``.txt`` or ``.xyz`` for a text file of one curve: x, y and z in each
+        line, separated by commas, semicolons or blanks; in a line with semicolons commas are decimal.
     names : sequence of str, optional
-        Names, ids or layers of curves of a Rhino file; by default the only curve that is shown.
+        Names, ids or layers of curves of a Rhino file; by default the only visible curve.
     unit : str, optional
-        Rhino's name of the unit wanted; by default the file's.  A text file says none: it is taken as it is.
+        Rhino's name of the unit to convert to; by default the file's.  A text file has none and is not converted.
     guarded, time_limit, progress
         As in `read_surface`.
 
@@ -59,7 +87,7 @@ def read_curves(
     Raises
     ------
     NoCurve
-        Where there is none by that name, or, without names, not just one.
+        Where there is none by that name, or, without names, not exactly one.
     Unreadable, Unsupported, NonFinite, TooMuchWork
     """
     options: dict[str, Any] = {"names": None if names is None else tuple(names), "unit": unit}
@@ -82,42 +110,42 @@ def _read_curves(
         return [_points_of_text(read_bytes(path), Path(path).name)]
     if ending != RHINO:
         raise NoCurve(
-            f"{Path(path).name} can hold no curves", remedy=f"Give the curve in a file of its own: {', '.join(TEXTS)}."
+            f"{Path(path).name} cannot hold curves", remedy=f"Give the curve in a separate file: {', '.join(TEXTS)}."
         )
     document = open_document(path)
     if progress is not None:
         progress(1.0, "Reading curves")
-    there = [one for one in document.objects if one.kind == CURVE and one.aside != IN_BLOCK]
-    chosen = [_only(document, there)] if names is None else _named(document, there, names)
+    curves = [one for one in document.objects if one.kind == CURVE and one.aside != IN_BLOCK]
+    chosen = [_only(document, curves)] if names is None else _named(document, curves, names)
     # A division leaves one rounding less: 120 mm are 0.12 m to the last bit.
     per_unit = METRES[unit] / METRES[document.unit] if unit in METRES and document.unit in METRES else 1.0
     return [curve_from(one.geometry, tolerance=document.tolerance) / per_unit for one in chosen]
 
 
-def _only(document: RhinoDocument, there: list[RhinoObject]) -> RhinoObject:
-    shown = [one for one in there if not one.aside] or there
-    if len(shown) == 1:
-        return shown[0]
+def _only(document: RhinoDocument, curves: list[RhinoObject]) -> RhinoObject:
+    visible = [one for one in curves if not one.aside] or curves
+    if len(visible) == 1:
+        return visible[0]
     raise NoCurve(
-        f"{document.file_name} has {len(shown) or 'no'} curves, and one is wanted",
-        remedy="Keep one of them in the file." if shown else "Put one in it.",
-        ids=[str(one) for one in shown],
+        f"{document.file_name} has {len(visible) or 'no'} curves, and exactly one is needed",
+        remedy="Keep one of them in the file." if visible else "Put one in it.",
+        ids=[str(one) for one in visible],
     )
 
 
-def _named(document: RhinoDocument, there: list[RhinoObject], names: Sequence[str]) -> list[RhinoObject]:
+def _named(document: RhinoDocument, curves: list[RhinoObject], names: Sequence[str]) -> list[RhinoObject]:
     chosen = list[RhinoObject]()
     for name in names:
-        found = [one for one in there if one.id.casefold() == name.strip("{}").casefold()]
-        found = found or [one for one in there if name and one.name == name]
+        found = [one for one in curves if one.id.casefold() == name.strip("{}").casefold()]
+        found = found or [one for one in curves if name and one.name == name]
         if not found:
-            layers = layers_meant(document.layers, name)
-            found = [one for one in there if one.layer in layers]
+            layers = matching_layers(document.layers, name)
+            found = [one for one in curves if one.layer in layers]
         if not found:
             raise NoCurve(
-                f"{document.file_name} has no curve that is named {name!r}, or is on a layer of that name",
-                remedy="Name one of these by its name, id or layer." if there else "Draw one on the surface.",
-                ids=[str(one) for one in there],
+                f"{document.file_name} has no curve with the name {name!r}, nor a layer with that name that has curves",
+                remedy="Name one of these by its name, id or layer." if curves else "Draw one on the surface.",
+                ids=[str(one) for one in curves],
                 kind="there is",
             )
         chosen += [one for one in found if all(one is not other for other in chosen)]
@@ -125,7 +153,7 @@ def _named(document: RhinoDocument, there: list[RhinoObject], names: Sequence[st
 
 
 def _points_of_text(data: bytes, file_name: str) -> Floats:
-    """Points from lines of three numbers and whatever follows; what follows ``#``, and a heading, is passed over."""
+    """Points from lines of three numbers; further words, text after ``#`` and a heading are ignored."""
     lines = (line.partition(b"#")[0].strip(b"\xef\xbb\xbf \t\r,;") for line in data.splitlines())
     rows = [(number, _words(line)) for number, line in enumerate(lines, 1) if line]
     if rows and not _is_number(rows[0][1][0]):
@@ -134,7 +162,7 @@ def _points_of_text(data: bytes, file_name: str) -> Floats:
     if wrong or not rows:
         raise Unreadable(
             f"{file_name} has {'a line without three numbers' if wrong else 'no points'}",
-            remedy="Give x, y and z in each line, with commas, semicolons or blanks between.",
+            remedy="Give x, y and z in each line, separated by commas, semicolons or blanks.",
             ids=wrong,
             kind="line",
         )
@@ -142,10 +170,10 @@ def _points_of_text(data: bytes, file_name: str) -> Floats:
 
 
 def _words(line: bytes) -> list[bytes]:
-    """The first three words; between semicolons a comma is a decimal one."""
+    """The first three words; in a line with semicolons commas are decimal."""
     if b";" in line:
         line = line.replace(b",", b".")
-    return _BETWEEN.split(line)[:3]
+    return _SEPARATORS.split(line)[:3]
 
 
 def _is_number(word: bytes) -> bool:
@@ -156,31 +184,20 @@ def _is_number(word: bytes) -> bool:
     return True
 
 
-# ----------------------------------------------------------------------
-# Curves that are in memory, of Rhino or as points, as points along them.
-
-_PARTS_OF_SPAN = 4
-_TOLERANCE_OF_SIZE = 1e-4
-"""Points tell a curve to this part of its size, or to the model's tolerance where that is less."""
-
-_LEAST_OF_SIZE = 1e-7
-_MOST_POINTS = 200_000
-
-
 def curve_from(geometry: Any, *, tolerance: float = 0.0) -> Floats:
     """Points along a curve.
 
     Parameters
     ----------
     geometry : object
-        A curve, line, arc, circle or polyline of rhino3dm or RhinoCommon; or points (n, 3), which are given back.
+        A curve, line, arc, circle or polyline of rhino3dm or RhinoCommon; or points (n, 3), which are returned.
     tolerance : float
-        The model's absolute tolerance; 0 where it is not known.
+        The model's absolute tolerance; 0 if unknown.
 
     Returns
     -------
     (n, 3) float64
-        Kinks among them; a closed curve comes back to its first point.
+        Kinks are among them; a closed curve ends at its first point.
 
     Raises
     ------
@@ -193,16 +210,16 @@ def curve_from(geometry: Any, *, tolerance: float = 0.0) -> Floats:
         return ends
     if is_curve_in_rhino(geometry):
         box = geometry.BoundingBox if hasattr(geometry, "BoundingBox") else geometry.GetBoundingBox(False)
-        return curve_in_rhino_points(geometry, _wanted(float(box.Diagonal.Length), tolerance))
+        return curve_in_rhino_points(geometry, _sampling_tolerance(float(box.Diagonal.Length), tolerance))
     if is_rhino_curve(geometry):
         form = nurbs_curve(geometry)
         size = float(np.linalg.norm(np.ptp(form.points[:, :3] / form.points[:, 3:], axis=0)))
-        return _points_along(form, _wanted(size, tolerance))
+        return _points_along(form, _sampling_tolerance(size, tolerance))
     try:
         return np.asarray(geometry, np.float64)
     except (TypeError, ValueError):
         raise BadCurve(
-            f"A {type(geometry).__name__} is no curve", remedy="Give a curve of Rhino, or rows of x, y and z."
+            f"A {type(geometry).__name__} is not a curve", remedy="Give a curve of Rhino, or rows of x, y and z."
         ) from None
 
 
@@ -214,7 +231,7 @@ def curves_from(geometries: Iterable[Any], *, tolerance: float = 0.0) -> list[Fl
     geometries : iterable
         Of what `curve_from` takes.
     tolerance : float
-        The model's absolute tolerance; 0 where it is not known.
+        The model's absolute tolerance; 0 if unknown.
 
     Returns
     -------
@@ -223,7 +240,7 @@ def curves_from(geometries: Iterable[Any], *, tolerance: float = 0.0) -> list[Fl
     Raises
     ------
     BadCurve
-        Where they are no list; or, with its place among them, where one is no curve.
+        Where they are not a list; or, with its place among them, where one is not a curve.
     Unreadable, NonFinite, TooMuchWork
         With the place of the curve.
     """
@@ -231,7 +248,7 @@ def curves_from(geometries: Iterable[Any], *, tolerance: float = 0.0) -> list[Fl
         given = list(geometries)
     except TypeError:
         raise BadCurve(
-            f"A {type(geometries).__name__} is no list of curves", remedy="Put a single one in a list too: [curve]."
+            f"A {type(geometries).__name__} is not a list of curves", remedy="Put a single curve in a list: [curve]."
         ) from None
     return [_numbered_curve(number, geometry, tolerance) for number, geometry in enumerate(given)]
 
@@ -243,14 +260,14 @@ def _numbered_curve(number: int, geometry: Any, tolerance: float) -> Floats:
         raise type(error)(error.what, remedy=error.remedy, ids=[number], kind="curve") from error
 
 
-def _wanted(size: float, tolerance: float) -> float:
-    """How far points may leave a curve of that size."""
+def _sampling_tolerance(size: float, tolerance: float) -> float:
+    """How far points may lie from a curve of that size."""
     usual = _TOLERANCE_OF_SIZE * size
     return max(min(tolerance, usual), _LEAST_OF_SIZE * size) if tolerance > 0 else usual
 
 
 def _points_along(curve: NurbsCurve, tolerance: float) -> Floats:
-    """Points at all knots, and between them until no middle is further off than the tolerance."""
+    """Points at all knots, and between them until no midpoint is further off than the tolerance."""
     knots = np.unique(curve.knots[curve.degree : len(curve.points) + 1])
     t = knots
     if curve.degree > 1:

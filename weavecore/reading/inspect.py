@@ -1,4 +1,4 @@
-"""What a file holds and what would become of each object, for a table."""
+"""Report what a file holds, and for each object whether it can be woven."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from weavecore.reading.sandbox import Progress, call_guarded, limits_for_all
 
 @dataclass(frozen=True)
 class ObjectReport:
-    """One object of a file, and what would become of it.
+    """One object of a file, and what weaving it would find.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ class ObjectReport:
         Length of each border loop, in the file's unit.
     euler_characteristic : int or None
     is_candidate : bool
-        Whether it can be meant without being named.
+        Whether it is selected without being named.
     aside : str
-        Why it cannot: "hidden", "locked", "on a layer that is off", "part of a block"; or "".
+        Why it is not: "hidden", "locked", "on a layer that is off", "part of a block"; or "".
     code : str
-        "" where it can be woven, else the code of the error.
+        "" if it can be woven, else the code of the error.
     message : str
-        The error, or what would be mended.
+        The error, or what would be repaired.
     """
 
     id: str
@@ -67,7 +67,7 @@ class ObjectReport:
 
 @dataclass(frozen=True)
 class CurveReport:
-    """A curve of a file, from which rings may start.
+    """A curve of a file, at which distances may start.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class CurveReport:
 
 @dataclass(frozen=True)
 class FileReport:
-    """What a file holds.
+    """The contents of a file.
 
     Parameters
     ----------
@@ -102,9 +102,9 @@ class FileReport:
     layers : tuple of str
         Full paths.
     objects : tuple of ObjectReport
-        Those that a surface could be made of.
+        Those of the kinds that a surface can be made of.
     others : tuple of (kind, count)
-        How many there are of the other kinds.
+        Number of objects of each other kind.
     curves : tuple of CurveReport
         Those of the others that are curves.
     """
@@ -127,17 +127,21 @@ def inspect_file(
     time_limit: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> FileReport:
-    """Look at every object of a file that a surface could be made of.
+    """Report every object of a file that a surface can be made of.
 
     Parameters
     ----------
     path : path
     guarded : bool
-        Look in a process of its own, so that a damaged file can neither end this one nor hold it up.
+        Read in a sandboxed worker, so that a damaged file can neither end this process nor block it.
     time_limit : float, optional
-        Seconds that this process may take for an object, by default what suits the file: see `limits_for_all`.
+        Seconds that the worker may take for each object; by default from the size of the file: see `limits_for_all`.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    FileReport
 
     Raises
     ------
@@ -146,10 +150,11 @@ def inspect_file(
     """
     if guarded:
         limits = limits_for_all(path, time_limit=time_limit)
-        report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress)
+        classes = (FileReport, ObjectReport, CurveReport)
+        report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress, classes=classes)
         return report
     if is_rhino(path):
-        return _inspect_document(path, open_document(path), progress or _quiet)
+        return _inspect_document(path, open_document(path), progress or _no_progress)
     check_ending(path)
     format_ = Path(path).suffix.lower()[1:]
     try:
@@ -163,14 +168,14 @@ def inspect_file(
     return FileReport(str(path), format_, None, "None", 0.0, (), (only,), ())
 
 
-def _quiet(_share: float, _label: str) -> None:
-    """Tell nobody."""
+def _no_progress(_fraction: float, _label: str) -> None:
+    """Stands for a missing callback."""
 
 
-def _inspect_document(path: PathLike, document: RhinoDocument, tell: Progress) -> FileReport:
+def _inspect_document(path: PathLike, document: RhinoDocument, progress: Progress) -> FileReport:
     reports, others = [], dict[str, int]()
     for number, one in enumerate(document.objects):
-        tell(number / len(document.objects), "looking at objects")
+        progress(number / len(document.objects), "Reading objects")
         if not one.is_surface:
             others[one.kind] = others.get(one.kind, 0) + 1
             continue
@@ -194,7 +199,7 @@ def _inspect_document(path: PathLike, document: RhinoDocument, tell: Progress) -
 def _report_curves(document: RhinoDocument) -> Iterator[CurveReport]:
     for one in document.objects:
         if one.kind == CURVE and one.aside != IN_BLOCK:
-            with contextlib.suppress(WeaveError):  # What is no curve is counted among the others.
+            with contextlib.suppress(WeaveError):  # Damaged curves are only counted among the others.
                 points = curve_from(one.geometry, tolerance=document.tolerance)
                 step = np.linalg.norm(np.diff(points, axis=0), axis=1)
                 is_closed = bool(one.geometry.IsClosed)

@@ -11,45 +11,58 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.reading.choose import ambiguous
+from weavecore.reading.choose import ambiguous_error
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject
 from weavecore.reading.nurbs_mesher import MeshedObject, mesh_objects, surfaces_of_reference
 from weavecore.reading.raw import RawMesh
 
 _FOLDED_BACK = -np.cos(np.radians(5.0))
+"""Faces whose normals are opposed to within 5 degrees lie on each other: two surfaces in one place, not a fold."""
+
+_SLACK = 1e-3
+"""Boxes may lie this part of the whole size apart and still count as connected: the exact test follows on the
+mesh."""
+
 _MOST_OBJECTS = 2_000
+"""Objects of one layer whose boxes are compared in pairs (12 MB of flags); more are refused as ambiguous."""
 
 
 def join_objects(
     document: RhinoDocument,
     objects: Sequence[RhinoObject],
     *,
-    must_hang_together: bool,
+    must_connect: bool,
     edge_target: float | None = None,
     spacing: float | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> RawMesh:
-    """The arrays of several objects, taken as one.
+    """The arrays of several objects as one mesh.
 
     Parameters
     ----------
     document : RhinoDocument
     objects : sequence of RhinoObject
-    must_hang_together : bool
-        Whether they are refused where their edges do not join them to one piece, or where they lie on each other.
-    edge_target, spacing, progress
-        As in `read_surface`.
+    must_connect : bool
+        Refuse them if their edges do not connect them to one piece, or if two lie on each other.
+    edge_target, spacing : float, optional
+        As in `mesh_object`, in the unit of the document.
+    progress : callable, optional
+        Called with a fraction and a label.
+
+    Returns
+    -------
+    RawMesh
 
     Raises
     ------
     AmbiguousSurface
-        Where they must hang together and do not; else as `mesh_objects`.
+        Where they must connect and do not; else as `mesh_objects`.
     """
     if progress is not None:
         progress(0.0, "Reading the surfaces")
     parts = [part for one in objects for part in _parts(document, one)]
-    if must_hang_together and (len(parts) > _MOST_OBJECTS or not _boxes_hang_together(document, objects)):
-        raise ambiguous(document, objects)
+    if must_connect and (len(parts) > _MOST_OBJECTS or not _boxes_connect(document, objects)):
+        raise ambiguous_error(document, objects)
     meshed = mesh_objects(
         [geometry for geometry, _ in parts],
         transforms=[transform for _, transform in parts],
@@ -58,8 +71,8 @@ def join_objects(
         spacing=spacing,
         progress=progress,
     )
-    if must_hang_together and not _is_one_sheet(meshed):
-        raise ambiguous(document, objects)
+    if must_connect and not _is_one_sheet(meshed):
+        raise ambiguous_error(document, objects)
     names = list(dict.fromkeys(one.name for one in objects if one.name))
     return RawMesh(
         meshed.vertices,
@@ -72,26 +85,26 @@ def join_objects(
 
 
 def _parts(document: RhinoDocument, one: RhinoObject) -> list[tuple[Any, Floats | None]]:
-    """Geometry and its transform: those of the definition where the object is a block."""
+    """Geometry and its transform: those of the definition if the object is a block."""
     if one.kind == BLOCK:
         return [(part.geometry, part.transform) for part in surfaces_of_reference(document.source, one.geometry)]
     return [(one.geometry, None)]
 
 
-def _boxes_hang_together(document: RhinoDocument, objects: Sequence[RhinoObject]) -> bool:
-    """Whether boxes about the objects make one heap: cheap, and false for most objects that are apart."""
+def _boxes_connect(document: RhinoDocument, objects: Sequence[RhinoObject]) -> bool:
+    """Whether the bounding boxes form one connected cluster: a cheap test that rejects most separate objects."""
     if any(one.kind == BLOCK for one in objects):
-        return True  # A block's box needs its definition; what becomes of it is seen on the mesh.
+        return True  # A block's box needs its definition: the mesh decides.
     boxes = [one.geometry.GetBoundingBox() for one in objects]
     low, high = (np.array([(p.X, p.Y, p.Z) for p in ends]) for ends in zip(*((b.Min, b.Max) for b in boxes)))
-    slack = document.tolerance + 1e-3 * float(np.ptp(np.concatenate([low, high]), axis=0).max())
+    slack = document.tolerance + _SLACK * float(np.ptp(np.concatenate([low, high]), axis=0).max())
     reaches = (low[:, None] <= high[None] + slack).all(2)
-    n_heaps, _ = connected_components(np.array(reaches & reaches.T, np.int8), directed=False)
-    return int(n_heaps) == 1
+    n_clusters, _ = connected_components(np.array(reaches & reaches.T, np.int8), directed=False)
+    return int(n_clusters) == 1
 
 
 def _is_one_sheet(meshed: MeshedObject) -> bool:
-    """Whether a mesh is one piece, no two of its sheets lying on each other where they join."""
+    """Whether a mesh is one component without faces folded back on each other where they join."""
     faces = meshed.faces
     first, second = _neighbours(faces)
     links = coo_matrix((np.ones(len(first), bool), (first, second)), shape=(len(faces), len(faces)))
@@ -104,7 +117,7 @@ def _is_one_sheet(meshed: MeshedObject) -> bool:
 
 
 def _neighbours(faces: Ints) -> tuple[Ints, Ints]:
-    """Faces on both sides of each edge that has two."""
+    """The two faces (E,), (E,) on each edge that has two."""
     tail, head = faces.ravel(), faces[:, [1, 2, 0]].ravel()
     key = np.minimum(tail, head) * np.int64(faces.max() + 1) + np.maximum(tail, head)
     order = np.argsort(key, kind="stable")

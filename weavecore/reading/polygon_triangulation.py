@@ -1,7 +1,9 @@
-"""Faces with any number of corners → triangles and quads.
+"""Faces with any number of corners split into triangles.
 
-Triangles and quads stay; what has more corners is cut into triangles ear by ear, always the
-ear with the largest least angle among those that hold no other corner.
+Triangles and quads stay as they are.  A face with more corners is cut by ear clipping (Meisters 1975): project it
+along its Newell normal, cut off the ear with the largest least angle among those that contain no other corner, and
+repeat. O(n³) for a face of n corners, all faces with n corners at once.  Quads are split by the diagonal that leaves
+the larger least angle.
 """
 
 from __future__ import annotations
@@ -13,32 +15,43 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.reading.raw import DOUBLE, RawMesh, counted
 
 MOST_CORNERS = 256
+"""Corners of a face.  Ear clipping is cubic: 256 corners take about a second, and real files seldom have more than
+20."""
 
 
-def mesh_of_polygons(points: Floats, corners: Ints, counts: Ints, *, epsilon: float = DOUBLE) -> RawMesh:
-    """The mesh of polygons of any kind.
+_TIE = 1e-9
+"""Radians.  Least angles that differ by less are equal, so that a rectangle is split alike however it is rotated."""
+
+
+def mesh_of_polygons(vertices: Floats, corners: Ints, counts: Ints, *, epsilon: float = DOUBLE) -> RawMesh:
+    """The mesh of polygons with any number of corners.
 
     Parameters
     ----------
-    points : (V, 3) float64
+    vertices : (V, 3) float64
     corners : (C,) int64
-        Corners of all polygons, one polygon after the other.
+        Vertices at the corners of all polygons, one polygon after the other.
     counts : (P,) int64
-        How many corners each has; those with less than three give no face.
+        Number of corners of each; those with less than three give no face.
     epsilon : float
         As in `RawMesh`.
+
+    Returns
+    -------
+    RawMesh
+        Its ``face_ids`` are the rows of the polygons.
 
     Raises
     ------
     BadIndex, Unsupported
     """
     offsets = offsets_of(counts)
-    _check(corners, counts, offsets, len(points))
+    _check(corners, counts, offsets, len(vertices))
     parts, rows = [np.empty((0, 4), np.int64)], [np.empty(0, np.int64)]
     for n in sorted(set(counts.tolist()) - {0, 1, 2}):
         which = np.flatnonzero(counts == n)
         polygons = corners[offsets[which][:, None] + np.arange(n)]
-        faces = polygons if n == 4 else np.repeat(clip_ears(points, polygons), [1, 1, 2], axis=2).reshape(-1, 4)
+        faces = polygons if n == 4 else _clip_ears(vertices, polygons)[..., [0, 1, 2, 2]].reshape(-1, 4)
         parts.append(faces)
         rows.append(np.repeat(which, len(faces) // len(which)))
     order = np.argsort(np.concatenate(rows), kind="stable")
@@ -48,16 +61,16 @@ def mesh_of_polygons(points: Floats, corners: Ints, counts: Ints, *, epsilon: fl
     if (counts < 3).any():
         notes.append(f"Dropped {counted(int((counts < 3).sum()), 'face')} with less than three corners.")
     return RawMesh(
-        points, np.concatenate(parts)[order], np.concatenate(rows)[order], notes=tuple(notes), epsilon=epsilon
+        vertices, np.concatenate(parts)[order], np.concatenate(rows)[order], notes=tuple(notes), epsilon=epsilon
     )
 
 
-def _check(corners: Ints, counts: Ints, offsets: Ints, n_points: int) -> None:
-    outside = (corners < 0) | (corners >= n_points)
+def _check(corners: Ints, counts: Ints, offsets: Ints, n_vertices: int) -> None:
+    outside = (corners < 0) | (corners >= n_vertices)
     if outside.any():
         bad = np.searchsorted(offsets, np.flatnonzero(outside), side="right") - 1
         raise BadIndex(
-            f"Faces that name vertices beyond the {n_points} that there are",
+            f"Faces refer to vertices beyond the {n_vertices} of the mesh",
             remedy="Repair the mesh: its face list does not fit its vertices.",
             ids=sorted(set(bad.tolist())),
             kind="face",
@@ -71,15 +84,17 @@ def _check(corners: Ints, counts: Ints, offsets: Ints, n_points: int) -> None:
         )
 
 
-def clip_ears(points: Floats, polygons: Ints) -> Ints:
-    """Triangles (P, n-2, 3) of polygons (P, n) that have n corners each."""
-    flat = _projected(points[polygons])
+def _clip_ears(vertices: Floats, polygons: Ints) -> Ints:
+    """Triangles (P, n - 2, 3) of polygons (P, n) that have n corners each."""
+    if polygons.shape[1] == 3:
+        return polygons[:, None]
+    flat = _projected(vertices[polygons])
     left = np.tile(np.arange(polygons.shape[1]), (len(polygons), 1))
     row = np.arange(len(polygons))
     made = []
     while left.shape[1] > 3:
         n = left.shape[1]
-        best = _ear_worth(flat[row[:, None], left]).argmax(1)
+        best = _ear_quality(flat[row[:, None], left]).argmax(1)
         made.append(left[row[:, None], (best[:, None] + [-1, 0, 1]) % n])
         left = left[np.arange(n) != best[:, None]].reshape(len(left), n - 1)
     made.append(left)
@@ -88,7 +103,7 @@ def clip_ears(points: Floats, polygons: Ints) -> Ints:
 
 
 def _projected(loops: Floats) -> Floats:
-    """Loops (P, n, 2) seen against their normal (Newell), so that they run counter-clockwise."""
+    """Loops (P, n, 2) projected along their Newell normals, so that they run counter-clockwise."""
     centred = loops - loops.mean(1, keepdims=True)
     normal = np.cross(centred, np.roll(centred, -1, axis=1)).sum(1)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -101,24 +116,24 @@ def _projected(loops: Floats) -> Floats:
     return flat
 
 
-def _ear_worth(loops: Floats) -> Floats:
-    """Least angle (P, n) of the ear at each corner; less by one turn where it is none."""
+def _ear_quality(loops: Floats) -> Floats:
+    """Least angle (P, n) of the ear at each corner; less by 2π where the corner has no ear."""
     before, after = np.roll(loops, 1, axis=1), np.roll(loops, -1, axis=1)
     ear = np.stack([before, loops, after], axis=2)
     onward, back = np.roll(ear, -1, axis=2) - ear, np.roll(ear, 1, axis=2) - ear
     angle = np.arctan2(_cross(onward, back), (onward * back).sum(3))
-    holds = _holds_other(ear, loops)
-    worth: Floats = angle.min(2) - 2 * np.pi * holds
-    return worth
+    contains = _contains_corner(ear, loops)
+    quality: Floats = angle.min(2) - 2 * np.pi * contains
+    return quality
 
 
-def _holds_other(ear: Floats, loops: Floats) -> Bools:
-    """Whether the ear (P, n) holds another corner of its loop."""
+def _contains_corner(ear: Floats, loops: Floats) -> Bools:
+    """Whether the ear at each corner (P, n) contains another corner of its loop."""
     to = loops[:, None, :, None] - ear[:, :, None]
     side = (np.roll(ear, -1, axis=2) - ear)[:, :, None]
     inside: Bools = np.all(_cross(np.broadcast_to(side, to.shape), to) > 0, axis=3)
-    holds: Bools = np.any(inside, axis=2)
-    return holds
+    contains: Bools = np.any(inside, axis=2)
+    return contains
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -126,22 +141,26 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return product
 
 
-# ----------------------------------------------------------------------
-# Quads split into triangles by their better diagonal.
+def split_faces(vertices: Floats, faces: Ints) -> tuple[Ints, Ints]:
+    """Split the quads among faces into triangles.
 
-_TIE = 1e-9
-"""Radians: least angles that differ by less are equal, so that a rectangle that was turned is split alike."""
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) or (F, 4) int64
+        A quad that repeats a corner, or has -1 for its fourth, is a triangle.
 
-
-def split_faces(points: Floats, faces: Ints) -> tuple[Ints, Ints]:
-    """Triangles (T, 3) in the order of the faces, and the row (T,) of the face of each.
-
-    A quad that repeats a corner, or has -1 for its fourth, is a triangle.
+    Returns
+    -------
+    triangles : (T, 3) int64
+        In the order of the faces.
+    row : (T,) int64
+        The row of the face of each.
     """
     if faces.shape[1] == 3:
         return faces, np.arange(len(faces))
     quads, is_quad = _without_repeats(faces)
-    split = split_quads(points, quads[is_quad])
+    split = split_quads(vertices, quads[is_quad])
     n_triangles = 1 + is_quad
     triangles = np.repeat(quads[:, :3], n_triangles, axis=0)
     row = np.repeat(np.arange(len(faces)), n_triangles)
@@ -149,15 +168,24 @@ def split_faces(points: Floats, faces: Ints) -> tuple[Ints, Ints]:
     return triangles, row
 
 
-def split_quads(points: Floats, quads: Ints) -> Ints:
-    """Two triangles (Q, 2, 3) for each quad (Q, 4), by the diagonal with the larger least angle.
+def split_quads(vertices: Floats, quads: Ints) -> Ints:
+    """Split each quad by the diagonal with the larger least angle.
 
-    The diagonal from the first corner is taken where both are alike.  One that would fold the
-    quad (its two triangles looking to opposite sides) is taken only if both do.
+    The diagonal from the first corner is taken if both are alike.  One that folds the quad, so that its two
+    triangles face opposite sides, is taken only if both do.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    quads : (Q, 4) int64
+
+    Returns
+    -------
+    (Q, 2, 3) int64
     """
     first, second = quads[:, [[0, 1, 2], [0, 2, 3]]], quads[:, [[0, 1, 3], [1, 2, 3]]]
-    better = _worth(points[second]) > _worth(points[first]) + _TIE
-    return np.where(better[:, None, None], second, first)
+    second_is_better = _pair_quality(vertices[second]) > _pair_quality(vertices[first]) + _TIE
+    return np.where(second_is_better[:, None, None], second, first)
 
 
 def _without_repeats(faces: Ints) -> tuple[Ints, Bools]:
@@ -172,8 +200,8 @@ def _without_repeats(faces: Ints) -> tuple[Ints, Bools]:
     return quads, is_quad
 
 
-def _worth(pairs: Floats) -> Floats:
-    """Least angle (Q,) of two triangles (Q, 2, 3, 3); less half a turn where they are folded."""
+def _pair_quality(pairs: Floats) -> Floats:
+    """Least angle (Q,) of two triangles (Q, 2, 3, 3); less by π where they are folded."""
     onward = np.roll(pairs, -1, axis=2) - pairs
     back = np.roll(pairs, 1, axis=2) - pairs
     normal = np.cross(onward, back)

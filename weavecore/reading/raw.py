@@ -1,7 +1,6 @@
-"""`RawMesh`: a mesh as it was given, before anything is checked or mended.
+"""`RawMesh`: a mesh as it was read, before anything is checked or repaired.
 
-It holds arrays and texts only, so that a file can be read in another process and the
-result handed over.
+It holds arrays and texts only, so that a file can be read in another process and the result sent to this one.
 """
 
 from __future__ import annotations
@@ -13,34 +12,41 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from weavecore.geometry.arrays import Ints
-from weavecore.rhino_geometry.conversion import is_rhino_mesh, rhino_faces, rhino_vertices
 
 Plane = tuple[ArrayLike, ArrayLike]
 """A point and a normal."""
 
 DOUBLE = float(np.finfo(np.float64).eps)
+"""Relative rounding of coordinates that were stored in double precision."""
+
 SINGLE = float(np.finfo(np.float32).eps)
+"""Relative rounding of coordinates that were stored in single precision, as in a binary .stl."""
+
+
+_PLURALS = {"vertex": "vertices"}
+"""Nouns whose plural does not end in s."""
 
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """Vertices and faces as they were given.
+    """Vertices and faces as they were read.
 
     Parameters
     ----------
     vertices : (V, 3) numbers
+        In the unit of the file.
     faces : (F, 3) or (F, 4) whole numbers
-        Triangles, or quads of which a triangle repeats its last corner or has -1 there.
+        Triangles, or quads; a triangle among quads repeats its last corner or has -1 there.
     face_ids : (F,) int64, optional
-        The number that each face has for the user; its row where there is none.
+        The number that each face has for the user; its row if missing.
     unit, tolerance, name
         As in `SurfaceMesh`.
     notes : tuple of str
-        What was done to get here, one sentence each.
+        What was changed so far, one sentence each.
     epsilon : float
-        Relative precision of the numbers that the coordinates were kept in.
+        Relative rounding of the stored coordinates: `DOUBLE` or `SINGLE`.
     n_borders_expected : int, optional
-        How many borders the object that was meshed says that it has.
+        How many border loops the meshed object has by its own topology.
     """
 
     vertices: NDArray[Any]
@@ -54,25 +60,23 @@ class RawMesh:
     n_borders_expected: Optional[int] = None
 
 
-# ----------------------------------------------------------------------
-# Meshes of rhino3dm and of RhinoCommon, and of trimesh, as arrays.
-#
-# They are told by what they have, so that none of these libraries is imported.
-
-__all__ = ["is_array_mesh", "is_rhino_mesh", "rhino_faces", "rhino_vertices"]
-
-
 def is_array_mesh(geometry: Any) -> bool:
-    """Whether it has vertices and faces as arrays, as a trimesh.Trimesh and a `SurfaceMesh` do."""
+    """Whether an object has vertices and faces as arrays, as a trimesh.Trimesh and a `SurfaceMesh` do.
+
+    Parameters
+    ----------
+    geometry : object
+    """
     return hasattr(geometry, "vertices") and hasattr(geometry, "faces")
 
 
-# ----------------------------------------------------------------------
-# Words for what is reported.
-
-_PLURALS = {"vertex": "vertices"}
-
-
 def counted(n: int, noun: str) -> str:
-    """``1 face``, ``2,000 vertices``."""
+    """A count with its noun: ``1 face``, ``2,000 vertices``.
+
+    Parameters
+    ----------
+    n : int
+    noun : str
+        In the singular.
+    """
     return f"{n:,} {noun if n == 1 else _PLURALS.get(noun, noun + 's')}"

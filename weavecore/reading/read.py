@@ -1,4 +1,7 @@
-"""Stage 1: a file, or geometry, → `SurfaceMesh`."""
+"""Stage 1: a file, or geometry in memory → `SurfaceMesh`.
+
+file ─▶ choose ─▶ (join) ─▶ nurbs_mesher or rhino3dm mesh or formats ─▶ RawMesh ─▶ repair ─▶ SurfaceMesh
+"""
 
 from __future__ import annotations
 
@@ -12,24 +15,29 @@ import numpy as np
 from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
 from weavecore.model import SurfaceMesh
+from weavecore.model.surface import Origins
 from weavecore.reading.choose import Names, choose_objects
 from weavecore.reading.formats.mesh_file import MESH_READERS, read_mesh_file
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.join_objects import join_objects
-from weavecore.reading.nurbs_mesher import UNTOLD, MeshedObject, mesh_block, mesh_object, mesh_objects
-from weavecore.reading.raw import Plane, RawMesh, is_array_mesh, is_rhino_mesh, rhino_faces, rhino_vertices
+from weavecore.reading.nurbs_mesher import MeshedObject, mesh_block, mesh_object, mesh_objects
+from weavecore.reading.raw import Plane, RawMesh, is_array_mesh
 from weavecore.reading.repair import repair
 from weavecore.reading.sandbox import call_guarded, limits_for
 from weavecore.rhino_geometry import is_to_be_meshed, mesh_in_rhino
+from weavecore.rhino_geometry.conversion import is_rhino_mesh, rhino_faces, rhino_vertices
 from weavecore.units import Length
 
 Progress = Callable[[float, str], None]
 
 RHINO = ".3dm"
-TypedLength = Union[float, Length]
+"""Ending of Rhino files."""
+
+LengthOrNumber = Union[float, Length]
 """A length in the file's unit, or with a unit of its own."""
 
 ENDINGS = (RHINO, *MESH_READERS)
+"""Endings of all files that hold a surface."""
 
 
 def read_surface(
@@ -38,8 +46,8 @@ def read_surface(
     layer: Names = None,
     object: Names = None,  # noqa: A002 - what a user calls it
     cut_plane: Optional[Plane] = None,
-    edge_target: Optional[TypedLength] = None,
-    spacing: Optional[TypedLength] = None,
+    edge_target: Optional[LengthOrNumber] = None,
+    spacing: Optional[LengthOrNumber] = None,
     guarded: bool = False,
     time_limit: Optional[float] = None,
     progress: Optional[Progress] = None,
@@ -51,19 +59,19 @@ def read_surface(
     path : path
         Ends with ``.3dm``, ``.obj``, ``.off``, ``.ply`` or ``.stl``.
     layer, object : str or sequence of str, optional
-        Which object of a Rhino file is meant: see `choose_objects`.  Several are joined where their edges
-        coincide; those of one layer or one name must hang together.
+        Which object of a Rhino file to read: see `choose_objects`.  Several are joined where their edges coincide;
+        those of one layer or one name must be connected.
     cut_plane : (point, normal), optional
-        Closed parts that this plane meets are cut in two by it; others by themselves.
+        Cuts the closed components that it intersects; the others are cut automatically.
     edge_target : float or Length, optional
-        Longest edge where the surface is no mesh yet, in the file's unit, or with a unit of its own; by default
-        from the size, the curvature and the spacing: see `mesh_object`.
+        Longest edge if the surface is not a mesh yet, in the file's unit, or with a unit of its own; by default from
+        the size, the curvature and the spacing: see `mesh_object`.
     spacing : float or Length, optional
-        Spacing that the surface will be woven at.
+        Spacing at which the surface will be woven.
     guarded : bool
-        Read in a process of its own, so that a damaged file can neither end this one nor hold it up.
+        Read in a sandboxed worker, so that a damaged file can neither end this process nor block it.
     time_limit : float, optional
-        Seconds that this process may take, by default what suits the file: see `limits_for`.
+        Seconds that the worker may take; by default from the size of the file: see `limits_for`.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -79,28 +87,27 @@ def read_surface(
     Warns
     -----
     UnitUnknown
-        Where a Rhino file says no unit.
+        Where a Rhino file has no unit.
     """
     fineness = {"edge_target": edge_target, "spacing": spacing}
     options: dict[str, Any] = {"layer": layer, "object": object, **fineness, "progress": progress}
     if guarded:
         limits = limits_for(path, time_limit=time_limit, is_fineness_asked=edge_target is not None)
-        # What comes from another process is checked and frozen again.
-        surface: SurfaceMesh = replace(
-            call_guarded(_read_and_repair, path, cut_plane=cut_plane, limits=limits, **options)
+        surface: SurfaceMesh = call_guarded(
+            _read_and_repair, path, cut_plane=cut_plane, limits=limits, classes=(SurfaceMesh, Origins), **options
         )
     else:
         surface = _read_and_repair(path, cut_plane=cut_plane, **options)
     if surface.unit == "None" and is_rhino(path):
-        warnings.warn(UnitUnknown(f"{path} says no unit; lengths are taken as they are"), stacklevel=2)
+        warnings.warn(UnitUnknown(f"{path} has no unit; lengths are used as they are"), stacklevel=2)
     return surface
 
 
 def _read_and_repair(path: PathLike, *, cut_plane: Optional[Plane], **options: Any) -> SurfaceMesh:
     raw = read_raw(path, **options)
-    tell = options["progress"]
-    if tell is not None:
-        tell(1.0, "Mending the mesh")
+    progress = options["progress"]
+    if progress is not None:
+        progress(1.0, "Repairing the mesh")
     return repair(raw, cut_plane=cut_plane)
 
 
@@ -115,24 +122,28 @@ def surface_from(
     spacing: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> SurfaceMesh:
-    """Make the surface of geometry that is in memory.
+    """Make the surface of geometry in memory.
 
     Parameters
     ----------
     geometry : object
-        A mesh, Brep, surface, extrusion or SubD of rhino3dm or RhinoCommon, a pair (vertices, faces),
-        or what has ``vertices`` and ``faces``, as a trimesh.Trimesh.
+        A mesh, Brep, surface, extrusion or SubD of rhino3dm or RhinoCommon, a pair (vertices, faces), or an object
+        with ``vertices`` and ``faces``, as a trimesh.Trimesh.
     unit, tolerance, name
         As in `SurfaceMesh`.
     cut_plane, edge_target, spacing, progress
         As in `read_surface`; lengths are in the unit of the geometry.
+
+    Returns
+    -------
+    SurfaceMesh
 
     Raises
     ------
     Unsupported
         Where it is none of these; else as `read_surface`.
     """
-    raw = raw_from(geometry, edge_target=edge_target, spacing=spacing, tolerance=tolerance, progress=progress)
+    raw = _raw_from(geometry, edge_target=edge_target, spacing=spacing, tolerance=tolerance, progress=progress)
     return repair(replace(raw, unit=unit, tolerance=tolerance, name=name), cut_plane=cut_plane)
 
 
@@ -141,13 +152,26 @@ def read_raw(
     *,
     layer: Names = None,
     object: Names = None,  # noqa: A002 - what a user calls it
-    edge_target: Optional[TypedLength] = None,
-    spacing: Optional[TypedLength] = None,
+    edge_target: Optional[LengthOrNumber] = None,
+    spacing: Optional[LengthOrNumber] = None,
     progress: Optional[Progress] = None,
 ) -> RawMesh:
-    """Read a file as plain arrays, with nothing checked or mended that the format does not ask for.
+    """Read a file as plain arrays; only what the format demands is checked or repaired.
 
     This is the part that touches the file: it can run in a process of its own.
+
+    Parameters
+    ----------
+    path, layer, object, edge_target, spacing, progress
+        As in `read_surface`.
+
+    Returns
+    -------
+    RawMesh
+
+    Raises
+    ------
+    Unreadable, Unsupported, TooMuchWork, NoSurface, AmbiguousSurface, NonFinite, BadIndex, Degenerate
     """
     if is_rhino(path):
         document = open_document(path)
@@ -159,12 +183,12 @@ def read_raw(
         }
         if len(choice.objects) == 1:
             return raw_from_document(document, choice.objects[0], **options)
-        return join_objects(document, choice.objects, must_hang_together=not choice.is_listed, **options)
+        return join_objects(document, choice.objects, must_connect=not choice.is_listed, **options)
     check_ending(path)
     if layer is not None or object is not None:
         raise NoSurface(
             f"{Path(path).name} is a mesh file, which has no layers or named objects",
-            remedy="Leave the layer and the name of the object away.",
+            remedy="Omit the layer and the object name.",
         )
     return read_mesh_file(path)
 
@@ -177,7 +201,25 @@ def raw_from_document(
     spacing: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> RawMesh:
-    """The arrays of one object of a Rhino file."""
+    """The arrays of one object of a Rhino file.
+
+    Parameters
+    ----------
+    document : RhinoDocument
+    chosen : RhinoObject
+    edge_target, spacing : float, optional
+        As in `mesh_object`, in the unit of the document.
+    progress : callable, optional
+        Called with a fraction and a label.
+
+    Returns
+    -------
+    RawMesh
+
+    Raises
+    ------
+    As `surface_from` and `mesh_block`.
+    """
     name = chosen.name or Path(document.file_name).stem
     options: dict[str, Any] = {
         "tolerance": document.tolerance,
@@ -188,11 +230,11 @@ def raw_from_document(
     if chosen.kind == BLOCK:
         raw = _raw_from_meshed(mesh_block(document.source, chosen.geometry, **options))
     else:
-        raw = raw_from(chosen.geometry, **options)
+        raw = _raw_from(chosen.geometry, **options)
     return replace(raw, unit=document.unit, tolerance=document.tolerance, name=name)
 
 
-def raw_from(
+def _raw_from(
     geometry: Any,
     *,
     edge_target: Optional[float] = None,
@@ -200,7 +242,7 @@ def raw_from(
     tolerance: float = 0.0,
     progress: Optional[Progress] = None,
 ) -> RawMesh:
-    """The arrays of geometry that is in memory.
+    """The arrays of geometry in memory.
 
     Raises
     ------
@@ -210,7 +252,7 @@ def raw_from(
     if is_rhino_mesh(geometry):
         return RawMesh(rhino_vertices(geometry), rhino_faces(geometry))
     if is_array_mesh(geometry):
-        return raw_from((geometry.vertices, geometry.faces))
+        return _raw_from((geometry.vertices, geometry.faces))
     if isinstance(geometry, (tuple, list)) and len(geometry) == 2:
         try:
             return RawMesh(np.asarray(geometry[0]), np.asarray(geometry[1]))
@@ -221,29 +263,37 @@ def raw_from(
         return _raw_from_meshed(mesh_object(geometry, tolerance=tolerance or None, **options))
     if is_to_be_meshed(geometry):
         meshes = mesh_in_rhino(geometry, edge_target=edge_target)
-        return raw_from(meshes[0]) if len(meshes) == 1 else _raw_from_meshed(mesh_objects(meshes, tolerance=tolerance))
+        return _raw_from(meshes[0]) if len(meshes) == 1 else _raw_from_meshed(mesh_objects(meshes, tolerance=tolerance))
     raise Unsupported(
-        f"Geometry of the kind {type(geometry).__name__}",
+        f"A {type(geometry).__name__} is not geometry that can be read",
         remedy="Give a mesh or a surface of Rhino, or a pair (vertices, faces).",
     )
 
 
 def _raw_from_meshed(meshed: MeshedObject) -> RawMesh:
-    n_borders = None if meshed.loops_expected == UNTOLD else meshed.loops_expected
-    return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=n_borders)
+    return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=meshed.n_borders_expected)
 
 
-def _in_unit(length: Optional[TypedLength], unit: str) -> Optional[float]:
+def _in_unit(length: Optional[LengthOrNumber], unit: str) -> Optional[float]:
     return length.in_unit(unit) if isinstance(length, Length) else length
 
 
 def is_rhino(path: PathLike) -> bool:
-    """Whether the ending is that of a Rhino file."""
+    """Whether the ending is that of a Rhino file.
+
+    Parameters
+    ----------
+    path : path
+    """
     return Path(path).suffix.lower() == RHINO
 
 
 def check_ending(path: PathLike) -> None:
-    """Refuse a file whose ending is not one of those that are read.
+    """Refuse a file with an ending that is not supported.
+
+    Parameters
+    ----------
+    path : path
 
     Raises
     ------
@@ -252,6 +302,6 @@ def check_ending(path: PathLike) -> None:
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
         raise Unsupported(
-            f"{path} ends with {ending or 'nothing'}, which is not read" if ending else f"{path} has no ending",
-            remedy=f"Give one of: {', '.join(ENDINGS)}.",
+            f"Files with the ending {ending} are not read ({path})" if ending else f"{path} has no file ending",
+            remedy=f"Use one of: {', '.join(ENDINGS)}.",
         )

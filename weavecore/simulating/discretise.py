@@ -3,6 +3,7 @@
 Between two joints an axis is cut at equal steps of its parameter.  A segment's rest length is its chord, times the
 ratio of the mark's distance to the drawn one: so a weave that is cut as drawn begins without axial force, and the error
 of segments of finite length is of second order.  Points are numbered along the rods, one rod after the other.
+Open rods are taken between their outermost joints: the straight parts beyond carry nothing.
 """
 
 from __future__ import annotations

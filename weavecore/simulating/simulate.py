@@ -32,7 +32,7 @@ from weavecore.units import millimetres_in
 Progress = Callable[[float, str], None]
 
 SEGMENTS = 2
-"""Between two joints: four move the mean departure by less than 5%, as docs/structure.md shows."""
+"""Between two joints: the fewest that let a rod bend between them."""
 
 
 def simulate_weave(

@@ -1,7 +1,7 @@
-"""Checks what each stage gives against what must always hold.
+"""Checks of the invariants of each stage's result.
 
-A *finding* is a figure with a limit, a *report* all the findings about a value.  Nothing
-here is shared with the stages that make the values.
+A *finding* is a figure with a limit, a *report* all findings about a value.  The checks share no code with the
+stages that make the values.
 """
 
 from weavecore.validating.report import Finding, Report

@@ -1,4 +1,10 @@
-"""Whether polylines are simple and keep apart: told face by face, not by nearness in space."""
+"""Checks that polylines are simple and disjoint, face by face.
+
+The *carriers* of a point are the corners of its face with a weight: three inside a face, two on an edge, one at a
+vertex. A segment is *held* by each face that has the carriers of both its ends; one along an edge by the faces on both
+sides.  Two segments in a face cross where the ends of each lie on opposite sides of the other, in barycentric
+coordinates. O(Σ k²) for faces of k segments.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +19,47 @@ from weavecore.model.surface import SurfaceMesh
 from weavecore.validating.report import Finding, count
 
 _PAIRS_AT_ONCE = 1_000_000
+"""Pairs of segments compared at a time: a bound on memory."""
+
 _LEAST_TURN = 1e-12
-"""Twice an area in barycentric coordinates below which three points are in line."""
+"""Twice an area in barycentric coordinates below which three points are collinear."""
+
+_LEAST_WEIGHT = 1e-9
+"""A corner with less weight does not carry a point."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldSegments:
+    """Segments with the faces that hold them: one row for each pair, sorted by face.
+
+    Parameters
+    ----------
+    start, end : (R,) int64
+        Points of each segment.
+    face : (R,) int64
+    at_start, at_end : (R, 3) float64
+        Barycentric coordinates of the ends in that face.
+    lost : (L,) int64
+        First points of segments that no face holds.
+    """
+
+    start: Ints
+    end: Ints
+    face: Ints
+    at_start: Floats
+    at_end: Floats
+    lost: Ints
 
 
 def check_crossings(surface: SurfaceMesh, polylines: Polylines, held: HeldSegments) -> Iterator[Finding]:
-    """Polylines that cross one another or themselves, and points that two of them share."""
+    """Check for polylines that cross one another or themselves, and for points that two of them share.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    polylines : Polylines
+    held : HeldSegments
+    """
     crossing = [held.start[i[_cross(held, i, j)]] for i, j in _pairs_in_faces(held)]
     owner = polylines.owner
     yield count("crossings", owner[np.concatenate(crossing)] if crossing else [], "polyline")
@@ -49,7 +90,7 @@ def _cross(held: HeldSegments, i: Ints, j: Ints) -> Ints:
 
 
 def _opposite(p: Floats, q: Floats, r: Floats, s: Floats) -> Ints:
-    """Whether ``r`` and ``s`` lie on opposite sides of the line through ``p`` and ``q``."""
+    """(m,) whether ``r`` and ``s`` (m, 2) lie on opposite sides of the line through ``p`` and ``q``."""
     x, y = (q - p).T
     left = x * (r - p)[:, 1] - y * (r - p)[:, 0]
     right = x * (s - p)[:, 1] - y * (s - p)[:, 0]
@@ -71,47 +112,18 @@ def _shared_points(surface: SurfaceMesh, polylines: Polylines) -> Ints:
     return shared
 
 
-# ----------------------------------------------------------------------
-# Where polylines run on a mesh: the vertices that carry a point, the faces that hold a segment.
-#
-# The *carriers* of a point are the corners of its face with a weight: three inside a face,
-# two on an edge, one at a vertex.  A segment is *held* by a face that has the carriers of both
-# its ends; one along an edge is held by the faces on both sides.
-
-LEAST_WEIGHT = 1e-9
-"""A corner with less weight than this does not carry a point."""
-
-
-@dataclass(frozen=True, eq=False)
-class HeldSegments:
-    """Segments with the faces that hold them: one row for each pair, sorted by face.
+def hold_segments(surface: SurfaceMesh, polylines: Polylines) -> HeldSegments:
+    """Find all faces that hold each segment; the last point of an open polyline begins none.
 
     Parameters
     ----------
-    start, end : (R,) int64
-        Points of each segment.
-    face : (R,) int64
-    at_start, at_end : (R, 3) float64
-        Barycentric coordinates of the ends in that face.
-    lost : (L,) int64
-        First points of segments that no face holds.
+    surface : SurfaceMesh
+    polylines : Polylines
+
+    Returns
+    -------
+    HeldSegments
     """
-
-    start: Ints
-    end: Ints
-    face: Ints
-    at_start: Floats
-    at_end: Floats
-    lost: Ints
-
-
-def carriers_of(surface: SurfaceMesh, polylines: Polylines) -> tuple[Ints, Bools]:
-    """Corners (N, 3) of the face of each point, and which of them carry it (N, 3)."""
-    return surface.faces[polylines.face], polylines.barycentric > LEAST_WEIGHT
-
-
-def hold_segments(surface: SurfaceMesh, polylines: Polylines) -> HeldSegments:
-    """Find all the faces that hold each segment; the last point of an open polyline begins none."""
     corners, carries = carriers_of(surface, polylines)
     weights = np.where(carries, polylines.barycentric, 0.0)
     after = next_in_loop(polylines.offsets)
@@ -143,8 +155,25 @@ def _faces_at_points(surface: SurfaceMesh, corners: Ints, carries: Bools) -> tup
 
 
 def _weights_in(faces: Ints, corners: Ints, weights: Floats) -> tuple[Floats, Bools]:
-    """Weights (R, 3) at the corners of other faces, and whether none is left out (R,)."""
+    """Weights (R, 3) at the corners of other faces (R, 3), and whether they hold all carriers (R,)."""
     same = faces[:, :, None] == corners[:, None, :]
     moved: Floats = (same * weights[:, None, :]).sum(2)
     inside: Bools = (same.any(1) | (weights <= 0)).all(1)
     return moved, inside
+
+
+def carriers_of(surface: SurfaceMesh, polylines: Polylines) -> tuple[Ints, Bools]:
+    """The corners that carry each point.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    polylines : Polylines
+
+    Returns
+    -------
+    corners : (N, 3) int64
+        Vertices of the face of each point.
+    carries : (N, 3) bool
+    """
+    return surface.faces[polylines.face], polylines.barycentric > _LEAST_WEIGHT

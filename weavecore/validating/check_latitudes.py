@@ -1,4 +1,8 @@
-"""What must hold of `Latitudes`: origins kept, on the surface, simple, with the right parents."""
+"""Checks of `Latitudes`: the origins come first, polylines lie on the surface, are simple and have the right parents.
+
+Generation 0 is the origins, point for point; all polylines of a generation have one distance; every vertex of the
+surface is within 1.05 spacings of a polyline (Yan et al. 2016, §4).
+"""
 
 from __future__ import annotations
 
@@ -6,36 +10,44 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Floats, next_in_loop, offsets_of, rows_of
 from weavecore.model.latitudes import Latitudes
-from weavecore.model.lattice import Lattice
 from weavecore.model.polylines import Polylines
+from weavecore.validating.band_boundaries import check_ends
 from weavecore.validating.check_bands import check_bands
 from weavecore.validating.check_crossings import check_crossings, hold_segments
-from weavecore.validating.free_borders_of_bands import check_ends
 from weavecore.validating.report import Finding, count
 
-OFF_SURFACE = 1e-9
-"""Parts of the surface's size by which a point may miss its place in its face."""
+_OFF_SURFACE = 1e-9
+"""Parts of the surface's size by which a point may miss its place in its face: rounding."""
 
-COVERAGE = 1.05
-"""Spacings from the surface to the nearest latitude, at most."""
+_COVERAGE = 1.05
+"""Greatest distance of a vertex from the nearest latitude, in spacings: `LEAST_CAP` of the tolerances leaves 1.04."""
 
-HEM_COVERAGE = 1.4
-"""The same of a surface with selvedges: right before one a polyline has no room, and is left out."""
+_FREE_BORDER_COVERAGE = 1.4
+"""The same with free borders: right before one there is no room for a polyline."""
 
 _SAMPLES_PER_SPACING = 20
+"""Samples along polylines in one spacing: a gap of one spacing is overestimated by less than 0.001."""
+
+_ROUNDING = 1e-9
+"""Parts of the spacing by which distances may be off."""
 
 
 def check_latitudes(latitudes: Latitudes) -> Iterator[Finding]:
-    """All findings about the polylines, their graph and their bands."""
+    """Check the polylines, their graph and their bands.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    """
     yield from _check_borders(latitudes)
     yield from _check_places(latitudes)
     held = hold_segments(latitudes.surface, latitudes.polylines)
     yield count("segments_in_no_face", latitudes.polylines.owner[held.lost], "polyline")
     yield from check_crossings(latitudes.surface, latitudes.polylines, held)
     yield from _check_generations(latitudes)
-    most = HEM_COVERAGE if latitudes.surface.is_selvedge.any() else COVERAGE
+    most = _FREE_BORDER_COVERAGE if latitudes.surface.is_free_border.any() else _COVERAGE
     yield Finding("coverage_gap_of_spacing", _coverage_gap(latitudes), most)
     yield from check_bands(latitudes)
 
@@ -67,21 +79,21 @@ def _same_points(wanted: Floats, points: Floats, *, is_closed: bool) -> bool:
 
 
 def _check_places(latitudes: Latitudes) -> Iterator[Finding]:
-    """Each point lies where its face and barycentric coordinates say; polylines are closed, or end on selvedges."""
+    """Each point lies where its face and barycentric coordinates say; polylines are closed, or end on free borders."""
     surface, polylines = latitudes.surface, latitudes.polylines
     barycentric = polylines.barycentric
     place = np.einsum("nk,nkd->nd", barycentric, surface.vertices[surface.faces[polylines.face]])
     off = np.linalg.norm(place - polylines.points, axis=1)
-    yield Finding("off_surface_of_size", float(off.max(initial=0.0)) / surface.size, OFF_SURFACE)
+    yield Finding("off_surface_of_size", float(off.max(initial=0.0)) / surface.size, _OFF_SURFACE)
     outside = np.maximum(np.abs(barycentric.sum(1) - 1), np.maximum(-barycentric, 0).max(1))
-    yield Finding("outside_face", float(outside.max(initial=0.0)), OFF_SURFACE)
+    yield Finding("outside_face", float(outside.max(initial=0.0)), _OFF_SURFACE)
     short = polylines.counts < np.where(polylines.closed, 3, 2)
     yield count("short_polylines", np.flatnonzero(short), "polyline")
     yield from check_ends(latitudes)
 
 
 def _check_generations(latitudes: Latitudes) -> Iterator[Finding]:
-    """Parents are one generation up, and all but the origins have one (§4.4, §4.5)."""
+    """Parents are one generation up, and all polylines but the origins have one (§4.4, §4.5)."""
     generation, parents = latitudes.generation, latitudes.parents
     known = ((parents >= 0) & (parents < len(latitudes))).all(1)
     yield count("parents_unknown", np.flatnonzero(~known), "link")
@@ -99,9 +111,9 @@ def _check_distances(latitudes: Latitudes) -> Iterator[Finding]:
     of_generation = np.zeros(latitudes.n_generations)
     of_generation[latitudes.generation] = distance
     off = np.abs(distance - np.where(latitudes.generation > 0, of_generation[latitudes.generation], 0.0))
-    yield Finding("distance_off_of_spacing", float(off.max(initial=0.0)) / spacing, 1e-9)
+    yield Finding("distance_off_of_spacing", float(off.max(initial=0.0)) / spacing, _ROUNDING)
     step = np.diff(of_generation)
-    yield Finding("step_over_spacing", float(step.max(initial=0.0)) / spacing - 1.0, 1e-9)
+    yield Finding("step_over_spacing", float(step.max(initial=0.0)) / spacing - 1.0, _ROUNDING)
     yield count("distances_not_rising", np.flatnonzero(step <= 0) + 1, "generation")
 
 
@@ -125,34 +137,3 @@ def _samples(polylines: Polylines, step: float) -> Floats:
     part = (np.arange(ragged[-1]) - ragged[row]) / np.diff(ragged)[row]
     samples: Floats = points[row] + side[row] * part[:, None]
     return samples
-
-
-# ----------------------------------------------------------------------
-# Where the nodes of a lattice lie on the latitudes.
-
-OFF_LATITUDE = 1e-9
-"""Parts of the surface's size by which a node may miss its station on its latitude, or the selvedge that it is on."""
-
-
-def places_on_latitudes(lattice: Lattice, nodes: Ints) -> Floats:
-    """Points (n, 3) at the stations of nodes that lie on latitudes."""
-    polylines = lattice.latitudes.polylines
-    start = _segments_at(lattice, nodes)
-    along = lattice.node_station[nodes] - polylines.stations[start]
-    length = polylines.segment_lengths[start]
-    part = np.divide(along, length, out=np.zeros_like(along), where=length > 0)[:, None]
-    after = next_in_loop(polylines.offsets)[start]
-    places: Floats = polylines.points[start] * (1 - part) + polylines.points[after] * part
-    return places
-
-
-def _segments_at(lattice: Lattice, nodes: Ints) -> Ints:
-    """First point of the segment on which each node lies."""
-    polylines = lattice.latitudes.polylines
-    latitude = lattice.node_latitude[nodes]
-    # Stations of all polylines end to end make one rising row to search in.
-    base = np.concatenate([[0.0], np.cumsum(polylines.lengths)])
-    row = base[polylines.owner] + polylines.stations
-    found = np.searchsorted(row, base[latitude] + lattice.node_station[nodes], side="right") - 1
-    start: Ints = np.clip(found, polylines.offsets[latitude], polylines.offsets[latitude + 1] - 1)
-    return start

@@ -1,4 +1,4 @@
-"""`Report`: what was checked, what was found, and what may be at most."""
+"""`Finding`, a figure with a limit, and `Report`, all findings about a value."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 
 from weavecore.errors import Broken
 
+_MOST_IDS = 8
+"""Ids shown for a finding; the finding has all of them."""
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -18,13 +21,13 @@ class Finding:
     Parameters
     ----------
     name : str
-        What was measured, in words joined by underscores.
+        What was measured, words joined by underscores.
     figure : float
-        What was found; most figures count what is wrong.
+        The value; most figures count what is wrong.
     limit : float
-        The largest figure that holds.
+        The greatest figure that holds.
     ids : tuple of int
-        What offends, where the figure counts something.
+        What is wrong, where the figure counts something.
     kind : str
         What the ids are: ``"polyline"``, ``"face"``, ``"node"``…
     """
@@ -41,23 +44,32 @@ class Finding:
         return bool(self.figure <= self.limit)
 
     def __str__(self) -> str:
-        sign = "ok    " if self.holds else "BROKEN"
-        line = f"{sign} {self.name}: {self.figure:.6g} (at most {self.limit:.6g})"
+        verdict = "ok  " if self.holds else "FAIL"
+        line = f"{verdict} {self.name}: {self.figure:.6g} (limit {self.limit:.6g})"
         if self.holds or not self.ids:
             return line
-        shown = ", ".join(map(str, self.ids[:8])) + (", …" if len(self.ids) > 8 else "")
+        shown = ", ".join(map(str, self.ids[:_MOST_IDS])) + (", …" if len(self.ids) > _MOST_IDS else "")
         return f"{line}; {self.kind} {shown}"
 
 
 def count(name: str, ids: ArrayLike, kind: str) -> Finding:
-    """The finding that nothing offends: how many distinct ``ids`` do."""
+    """Count distinct ids, of which there should be none.
+
+    Parameters
+    ----------
+    name : str
+    ids : (n,) array_like of int
+        What is wrong.
+    kind : str
+        What the ids are.
+    """
     unique = np.unique(np.asarray(ids, np.int64))
     return Finding(name, float(len(unique)), 0.0, tuple(unique.tolist()), kind)
 
 
 @dataclass(frozen=True)
 class Report:
-    """What a check of a value found.
+    """The findings about a value.
 
     Parameters
     ----------
@@ -86,7 +98,7 @@ class Report:
 
     @property
     def broken(self) -> tuple[Finding, ...]:
-        """The findings that do not hold."""
+        """The findings beyond their limits."""
         return tuple(finding for finding in self.findings if not finding.holds)
 
     @property
@@ -95,13 +107,13 @@ class Report:
         return not self.broken
 
     def raise_if_broken(self) -> None:
-        """Raise `Broken` with the first finding's ids where something does not hold."""
+        """Raise `Broken`, with the ids of the first broken finding, unless all hold."""
         if self.holds:
             return
         first = self.broken[0]
         raise Broken(
-            "; ".join(f"{f.name} is {f.figure:.6g}, at most {f.limit:.6g} holds" for f in self.broken),
-            remedy="A stage gave a result that breaks its own promises: please report it with the input.",
+            "; ".join(f"{f.name} is {f.figure:.6g}, limit {f.limit:.6g}" for f in self.broken),
+            remedy="This is an error in weavecore: please report it with the input.",
             ids=first.ids,
             kind=first.kind,
         )

@@ -1,4 +1,4 @@
-"""`validate`: the one door to all the checks."""
+"""`validate`: check the result of a stage."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Checkable = Union[SurfaceMesh, Latitudes, Lattice, Strands]
 
 
 def validate(value: Checkable, *, lattice: Optional[Lattice] = None) -> Report:
-    """Check a stage's result against what must always hold of it.
+    """Check the invariants of a stage's result.
 
     Parameters
     ----------
     value : SurfaceMesh, Latitudes, Lattice or Strands
-        Only the value itself is checked, not the ones that it was made from.
+        Only the value itself is checked, not those it was made from.
     lattice : Lattice, optional
-        The lattice whose edges the strands part among them; needed with strands only.
+        The lattice whose edges the strands partition; needed with strands only.
 
     Returns
     -------
@@ -38,10 +38,10 @@ def validate(value: Checkable, *, lattice: Optional[Lattice] = None) -> Report:
     Raises
     ------
     Unsupported
-        Of a value that no stage gives, and of strands without their lattice.
+        For a value that no stage returns, and for strands without their lattice.
     """
     if isinstance(value, SurfaceMesh):
-        return Report.of(check_surface(value))
+        return Report.of(_check_surface(value))
     if isinstance(value, Latitudes):
         return Report.of(check_latitudes(value))
     if isinstance(value, Lattice):
@@ -49,17 +49,13 @@ def validate(value: Checkable, *, lattice: Optional[Lattice] = None) -> Report:
     if isinstance(value, Strands) and lattice is not None:
         return Report.of(check_strands(value, lattice))
     raise Unsupported(
-        f"There is no check for a {type(value).__name__} alone",
-        remedy="Give a surface, latitudes, a lattice, or strands together with their lattice.",
+        f"A {type(value).__name__} alone cannot be checked",
+        remedy="Pass a surface, latitudes, a lattice, or strands together with their lattice.",
     )
 
 
-# ----------------------------------------------------------------------
-# What must hold of a `SurfaceMesh` beyond what it checks when it is made.
-
-
-def check_surface(surface: SurfaceMesh) -> Iterator[Finding]:
-    """Faces without area, vertices without faces, cuts that leave the edges, cuts and origins that meet."""
+def _check_surface(surface: SurfaceMesh) -> Iterator[Finding]:
+    """No face is without area and no vertex without a face; cuts and origins run along edges and do not meet."""
     flat = np.flatnonzero(~surface.face_normals.any(1))
     yield count("faces_without_area", flat, "face")
     used = np.bincount(surface.faces.ravel(), minlength=surface.n_vertices) > 0

@@ -1,1 +1,1 @@
-"""Pictures of what the stages give."""
+"""Pictures, pages and summaries of the stages' results."""

@@ -1,7 +1,10 @@
-"""The camera: where the eye is, and where a point falls in the picture.
+"""The camera: projection of points into the picture, and the choice of a view.
 
-*Nearness* is 1 / (distance from the eye along the view): larger is nearer, and it varies linearly across the
-picture of a plane, which the distance itself does not.
+A point p is seen at v = A (p - eye), A the axes of the camera in rows; its *nearness* is 1 / depth = -1 / v_z, and its
+place (v_x, v_y) · nearness.  Nearness varies linearly across the picture of a plane, which depth does not.
+
+The view is the one of 144 directions from which most of the surface and of its borders is visible, by a coarse
+z-buffer.
 """
 
 from __future__ import annotations
@@ -14,6 +17,33 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 
 _EYE_DISTANCE = 3.6
 """Distance of the eye in radii of what is seen: near enough for depth, far enough not to distort."""
+
+_N_SAMPLES = 6000
+"""Points on the surface by which directions of view are rated."""
+
+_CELLS = 64
+"""Cells along a side of the z-buffer for that rating."""
+
+_AZIMUTHS, _ELEVATIONS = 24, (12.0, 22.0, 32.0, 44.0, 58.0, 75.0)
+"""Directions tried: so many around, at these degrees above the horizon."""
+
+_HOME = (-60.0, 30.0)
+"""Azimuth and elevation of Rhino's perspective view, in degrees: among equals the nearest to it wins."""
+
+_ELEVATION_SPREAD, _AZIMUTH_PREFERENCE = 40.0, 0.04
+"""How fast the preference for these falls with elevation (degrees), and how much it changes with azimuth."""
+
+_BORDER_WEIGHT = 0.35
+"""Weight of the visible part of the borders against that of the surface."""
+
+_FULLY_SEEN = 0.4
+"""From this cosine between normal and view on, a patch counts as seen from the front."""
+
+_STRAIGHT_DOWN = 0.999
+"""From this cosine between view and z axis on, y is up in the picture."""
+
+_R2_SEQUENCE = (0.7548776662466927, 0.5698402909980532)
+"""1/ρ and 1/ρ² of the plastic number ρ: their multiples fill the unit square evenly (Roberts 2018)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +99,20 @@ def look_at(points: Floats, direction: Floats, size: tuple[int, int], *, margin:
 
 
 def view_axes(direction: Floats) -> Floats:
-    """Right, up and towards the eye (3, 3); z is up, or y where the view runs along z."""
+    """The axes of a camera; z is up in the picture, or y where the view runs along z.
+
+    Parameters
+    ----------
+    direction : (3,) float64
+        From the subject to the eye.
+
+    Returns
+    -------
+    (3, 3) float64
+        Rows: right, up, and towards the eye.
+    """
     back = direction / np.linalg.norm(direction)
-    up = np.array([0.0, 0.0, 1.0]) if abs(back[2]) < 0.999 else np.array([0.0, 1.0, 0.0])
+    up = np.array([0.0, 0.0, 1.0]) if abs(back[2]) < _STRAIGHT_DOWN else np.array([0.0, 1.0, 0.0])
     right = np.cross(up, back)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(back, right), back])
@@ -83,29 +124,20 @@ def _project(points: Floats, axes: Floats, eye: Floats) -> tuple[Floats, Floats]
     return seen[:, :2] * nearness[:, None], nearness
 
 
-# ----------------------------------------------------------------------
-# Choosing a view: the direction from which most of a surface and of its borders is seen.
-
-_N_SAMPLES = 6000
-_CELLS = 64
-_AZIMUTHS, _ELEVATIONS = 24, (12.0, 22.0, 32.0, 44.0, 58.0, 75.0)
-_HOME = (-60.0, 30.0)
-"""Azimuth and elevation of Rhino's own perspective view, in degrees: what is nearest to it wins among equals."""
-
-_BORDER_WEIGHT = 0.35
-_FULLY_SEEN = 0.4
-"""From this cosine between normal and view on, a patch counts as seen from the front."""
-
-
 def choose_view(vertices: Floats, faces: Ints, borders: Floats) -> Floats:
-    """Direction (3,) from the surface to the eye.
+    """Choose the direction from which most of a surface and of its borders is visible.
 
     Parameters
     ----------
     vertices : (V, 3) float64
     faces : (F, 3) int64
     borders : (n, 3) float64
-        Points of the borders: openings are worth seeing.
+        Points of the borders.
+
+    Returns
+    -------
+    (3,) float64
+        From the surface to the eye.
     """
     points, normals = _spread_points(vertices, faces)
     openings = borders[np.linspace(0, len(borders) - 1, min(len(borders), _N_SAMPLES // 4)).astype(int)]
@@ -116,10 +148,13 @@ def choose_view(vertices: Floats, faces: Ints, borders: Floats) -> Floats:
 
 
 def _candidates() -> tuple[Floats, Floats]:
+    """(n, 3) unit directions that are tried, and the preference (n,) for each."""
     azimuth, elevation = np.meshgrid(
         _HOME[0] + np.arange(_AZIMUTHS) * 360.0 / _AZIMUTHS, np.array(_ELEVATIONS), indexing="ij"
     )
-    preference = np.exp(-(((elevation - _HOME[1]) / 40.0) ** 2)) * (1 + 0.04 * np.cos(np.radians(azimuth - _HOME[0])))
+    preference = np.exp(-(((elevation - _HOME[1]) / _ELEVATION_SPREAD) ** 2)) * (
+        1 + _AZIMUTH_PREFERENCE * np.cos(np.radians(azimuth - _HOME[0]))
+    )
     a, e = np.radians(azimuth.ravel()), np.radians(elevation.ravel())
     return np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], axis=1), preference.ravel()
 
@@ -132,8 +167,7 @@ def _spread_points(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     total = np.cumsum(area)
     k = np.arange(_N_SAMPLES)
     face = np.minimum(np.searchsorted(total, (k + 0.5) / _N_SAMPLES * total[-1]), len(faces) - 1)
-    # The additive recurrence of the plastic number fills the unit square evenly.
-    u, v = (0.5 + k * 0.7548776662466927) % 1, (0.5 + k * 0.5698402909980532) % 1
+    u, v = (0.5 + k * _R2_SEQUENCE[0]) % 1, (0.5 + k * _R2_SEQUENCE[1]) % 1
     over = u + v > 1
     u, v = np.where(over, 1 - u, u), np.where(over, 1 - v, v)
     points = a[face] + (b - a)[face] * u[:, None] + (c - a)[face] * v[:, None]
@@ -150,7 +184,7 @@ def _score(points: Floats, normals: Floats, openings: Floats, direction: Floats)
 
 
 def _visible(points: Floats, openings: Floats, direction: Floats) -> tuple[Bools, Bools]:
-    """Which points, and which of the borders', have no other point before them, by a coarse z-buffer."""
+    """Which points, and which of the borders, have no other point before them, by a coarse z-buffer."""
     seen = np.concatenate([points, openings]) @ view_axes(direction).T
     low = seen.min(0)
     cell_size = max(float(np.ptp(seen[:, :2], axis=0).max()), np.finfo(float).tiny) / _CELLS

@@ -1,4 +1,9 @@
-"""A picture of a stage's result: the surface shaded, the families in their colours, what is hidden left out."""
+"""Pictures: the shaded surface and the rods as PNG, by a z-buffer in NumPy.
+
+    scene → camera → triangles, then rods into a z-buffer (2 × 2 samples a pixel) → colours · light · shade → PNG
+
+A colour is tint · light, darkened beside nearer things (`weavecore.viewing.shading`).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.viewing.camera import Camera, choose_view, look_at
-from weavecore.viewing.raster import Buffer, SeenRods, draw_rods, draw_triangles, planes_over, see_rods
+from weavecore.viewing.raster import DepthBuffer, SeenRods, draw_rods, draw_triangles, planes_over, see_rods
 from weavecore.viewing.scene import Pictured, Scene, scene_of
 from weavecore.viewing.shading import (
     INSIDE,
@@ -29,24 +34,55 @@ from weavecore.viewing.shading import (
 )
 
 _SAMPLES = 2
-"""Samples along each side of a pixel, which their mean smooths."""
+"""Samples along each side of a pixel, whose mean smooths edges."""
 
 _MARGIN = 0.06
-_LARGEST = 8192
-_ROD_SHADE = (0.002, 5.0)
-"""The same of the shade beside a rod, the step in its radii."""
+"""Free part of the picture on each side."""
+
+_SMALLEST, _LARGEST = 16, 8192
+"""Range of width and height, in pixels."""
 
 _SHADES = ((0.02, 0.22), (0.005, 0.22))
 """How far shades reach, in parts of the picture's width, and the step of full shade, in parts of the subject's size."""
 
+_ROD_SHADE = (0.002, 5.0)
+"""The same for the shade beside a rod, the step in radii of the rod."""
+
+_PNG_COLOUR_TYPES = {3: 2, 4: 6}
+"""Colour type by the count of channels: RGB and RGBA."""
+
+_PNG_UP = 2
+"""The filter that subtracts the byte above: best for pictures with smooth shades."""
+
+_PNG_COMPRESSION = 6
+"""zlib's default level: slower ones save little."""
+
 _LEAST_PIXELS, _MOST_PIXELS = 0.6, 4.5
-"""Radius of a rod in a picture of 1600 pixels' width: it can be seen, and leaves room between."""
+"""Least and greatest radius of a rod in a picture 1600 pixels wide: visible, with room between rods."""
 
 Nearness = NDArray[np.float32]
 
 
 def encode_picture(value: Pictured, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None) -> bytes:
-    """The bytes of a PNG picture; see `draw_pixels`."""
+    """Draw a stage's result as PNG; see `draw_pixels`.
+
+    Parameters
+    ----------
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
+    size : (int, int)
+        Width and height in pixels.
+    view : (3,) array_like, optional
+        Direction from the surface to the eye.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    Unsupported
+        For a size or a view that cannot be drawn.
+    """
     return encode_png(draw_pixels(value, size=size, view=view))
 
 
@@ -57,12 +93,12 @@ def draw_pixels(
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     size : (int, int)
         Width and height in pixels.
     view : (3,) array_like, optional
         Direction from the surface to the eye, z up; where it is not given, the one from
-        which most of the surface and its borders is seen.
+        which most of the surface and its borders is visible.
 
     Returns
     -------
@@ -71,7 +107,7 @@ def draw_pixels(
     Raises
     ------
     Unsupported
-        When the size or the view cannot be drawn.
+        For a size or a view that cannot be drawn.
     """
     width, height = _checked_size(size)
     scene = scene_of(value)
@@ -87,12 +123,12 @@ def draw_pixels(
     return np.rint(_by_pixel(colours, samples, np.add) / _SAMPLES**2 * shade[..., None]).astype(np.uint8)
 
 
-def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours) -> Buffer:
-    """Colour the samples in which the surface is seen; return where it is."""
+def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours) -> DepthBuffer:
+    """Colour the samples in which the surface is visible; return its z-buffer."""
     place, nearness = camera.project(scene.vertices)
     nearness = nearness / (1.0 + scene.set_back * nearness)
     corners = place[scene.triangles]
-    buffer = Buffer(samples)
+    buffer = DepthBuffer(samples)
     draw_triangles(buffer, corners, nearness[scene.triangles])
     light, shows_outside = light_on_triangles(scene.vertices, scene.triangles, camera)
     a, b, c = planes_over(corners, light * 255)
@@ -105,15 +141,15 @@ def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colour
 
 
 def _visible_radius(scene: Scene, camera: Camera, width: int) -> Floats:
-    """The radius of each rod, neither too thin to be seen nor too thick to leave room between."""
+    """(R,) the radius of each rod, neither too thin to be visible nor so thick that rods merge."""
     distance = float(np.linalg.norm(camera.eye - scene.vertices.mean(0)))
     pixel = width / 1600 * distance / camera.scale
     return np.clip(scene.radius, _LEAST_PIXELS * pixel, _MOST_PIXELS * pixel)
 
 
-def _draw_rods(scene: Scene, camera: Camera, rods: SeenRods, colours: Colours, before: Buffer) -> Nearness:
-    """Colour the samples in which a rod is seen before the surface; return what is nearest of both."""
-    buffer = Buffer((before.width, before.height), before=before.nearness)
+def _draw_rods(scene: Scene, camera: Camera, rods: SeenRods, colours: Colours, before: DepthBuffer) -> Nearness:
+    """Colour the samples in which a rod is visible in front of the surface; return the nearness of both."""
+    buffer = DepthBuffer((before.width, before.height), before=before.nearness)
     draw_rods(buffer, rods)
     tint = scene.colours.astype(np.float32)
     for at, rod, column, row in buffer.seen():
@@ -124,7 +160,7 @@ def _draw_rods(scene: Scene, camera: Camera, rods: SeenRods, colours: Colours, b
 
 
 def _shade(nearness: Nearness, samples: tuple[int, int], size: float, radius: float) -> Numbers:
-    """What is left of the light at each pixel behind nearer things."""
+    """(height, width) the part of the light left at each pixel beside nearer things."""
     nearest = _by_pixel(nearness, samples, np.maximum)
     covered = nearest > 0
     distance = np.divide(1, nearest, out=np.zeros_like(nearest), where=covered)
@@ -134,7 +170,7 @@ def _shade(nearness: Nearness, samples: tuple[int, int], size: float, radius: fl
 
 
 def _by_pixel(values: NDArray[np.float32], samples: tuple[int, int], join: np.ufunc) -> NDArray[np.float32]:
-    """Join the values of each pixel's samples: (height, width) or, of colours, (height, width, 3)."""
+    """Combine the values of each pixel's samples: (height, width) or, of colours, (height, width, 3)."""
     width, height = samples
     image = values.reshape(height, width, *values.shape[1:])
     rows = reduce(join, [image[k::_SAMPLES] for k in range(_SAMPLES)])
@@ -144,10 +180,10 @@ def _by_pixel(values: NDArray[np.float32], samples: tuple[int, int], join: np.uf
 
 def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
     width, height = (int(n) for n in size)
-    if not (16 <= width <= _LARGEST and 16 <= height <= _LARGEST):
+    if not (_SMALLEST <= width <= _LARGEST and _SMALLEST <= height <= _LARGEST):
         raise Unsupported(
             f"A picture of {width} by {height} pixels cannot be drawn",
-            remedy=f"Give a width and a height from 16 to {_LARGEST}.",
+            remedy=f"Use a width and a height from {_SMALLEST} to {_LARGEST}.",
         )
     return width, height
 
@@ -155,26 +191,28 @@ def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
 def _checked_view(view: ArrayLike) -> Floats:
     direction = np.asarray(view, np.float64)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
-        raise Unsupported(f"{view!r} is no direction to look from", remedy="Give three numbers that are not all 0.")
+        raise Unsupported(f"The view must be a direction (got {view!r})", remedy="Use three finite numbers, not all 0.")
     return direction
 
 
-# ----------------------------------------------------------------------
-# PNG, written by hand: eight bits of red, green and blue a pixel, and of opacity where there is one.
-
-_COLOUR_TYPES = {3: 2, 4: 6}
-_UP = 2
-"""The filter that gives each byte less the one above it: best for pictures with smooth shades."""
-
-
 def encode_png(pixels: NDArray[np.uint8]) -> bytes:
-    """The bytes of a PNG file of pixels (height, width, 3 or 4), the top row first."""
+    """Write pixels as PNG, eight bits a channel.
+
+    Parameters
+    ----------
+    pixels : (height, width, 3 or 4) uint8
+        Red, green, blue and, with four channels, opacity; the top row first.
+
+    Returns
+    -------
+    bytes
+    """
     height, width, n_channels = pixels.shape
     rows = pixels.reshape(height, -1)
     above = np.concatenate([np.zeros_like(rows[:1]), rows[:-1]])
-    filtered = np.concatenate([np.full((height, 1), _UP, np.uint8), rows - above], axis=1)
-    header = struct.pack(">IIBBBBB", width, height, 8, _COLOUR_TYPES[n_channels], 0, 0, 0)
-    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 6)), (b"IEND", b""))
+    filtered = np.concatenate([np.full((height, 1), _PNG_UP, np.uint8), rows - above], axis=1)
+    header = struct.pack(">IIBBBBB", width, height, 8, _PNG_COLOUR_TYPES[n_channels], 0, 0, 0)
+    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), _PNG_COMPRESSION)), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, body) for kind, body in chunks)
 
 

@@ -1,4 +1,4 @@
-"""What a picture shows of a stage's result: coloured triangles, and rods on them."""
+"""`Scene`: what a picture shows of a stage's result, as coloured triangles and rods."""
 
 from __future__ import annotations
 
@@ -10,22 +10,26 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.polygon_mesh import fan_triangles
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Equilibrium, Latitudes, Lattice, SurfaceMesh, Weave
-from weavecore.palette import LONGITUDES, POCKETS, SELVEDGES, WOVEN, latitude_colours, utilisation_colours
-from weavecore.viewing.outlines import outlines_of
+from weavecore.palette import FREE_BORDERS, LONGITUDES, POCKETS, WOVEN, latitude_colours, utilisation_colours
+from weavecore.viewing.surface_paths import paths_of_surface
 
-_ROD_OF_SPACING = 0.075
-_BORDER_SWELL, _LONGITUDE_SWELL = 1.45, 0.7
-"""How much thicker the border rods are than the others, and how much thinner the longitudes."""
+_RADIUS_PER_SPACING = 0.075
+"""Radius of the lines of latitudes and lattices, in spacings: clearly apart, and visible in small pictures."""
 
+_RADIUS_PER_SIZE = 0.003
+"""Radius of the lines of a surface, in diagonals of its bounding box."""
 
-_STEP_OF_EDGE = 0.08
-"""Rods of a weave are drawn in straight pieces of this part of an edge."""
+_BORDER_FACTOR, _LONGITUDE_FACTOR = 1.45, 0.7
+"""Radius of borders and of longitudes against that of the other lines."""
 
-_DRAWN_THIN = 0.4
-"""How much thinner the drawn rods are than those at rest."""
+_DRAWN_FACTOR = 0.4
+"""Radius of the rods as drawn against that of the rods at rest."""
 
-_LAYERS_BACK = 4.0
-"""How many rods could lie between the surface and those that are seen."""
+_STEP_PER_EDGE = 0.08
+"""Rods of a weave are drawn in straight segments of this part of an edge."""
+
+_DIAMETERS_BACK = 4.0
+"""How far the surface of a weave is set back, in diameters: more than the height of a stack of three rods."""
 
 Drawable = Union[SurfaceMesh, Latitudes, Lattice, Weave]
 Pictured = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
@@ -40,7 +44,7 @@ class Scene:
     vertices : (V, 3) float64
     triangles : (T, 3) int64
     is_marked : (T,) bool
-        Triangles in pockets, which get a tint.
+        Triangles in pockets, which have a tint of their own.
     starts, ends : (R, 3) float64
         The straight rods.
     colours : (R, 3) float64
@@ -48,9 +52,9 @@ class Scene:
     radius : (R,) float64
         In the model's unit.
     borders : (n, 3) float64
-        Points of the borders, and of the origins inside.
+        Points of the borders, cuts and origins.
     set_back : float
-        How far the triangles are set back from the eye, so that rods that lie below them are seen.
+        How far the triangles are set back from the eye, so that rods below them are visible.
     """
 
     vertices: Floats
@@ -70,7 +74,16 @@ class Scene:
 
 
 def scene_of(value: Pictured) -> Scene:
-    """The scene of a stage's result."""
+    """The scene of a stage's result.
+
+    Parameters
+    ----------
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
+
+    Returns
+    -------
+    Scene
+    """
     if isinstance(value, SurfaceMesh):
         return _of_surface(value)
     if isinstance(value, Latitudes):
@@ -81,11 +94,11 @@ def scene_of(value: Pictured) -> Scene:
 
 
 def _of_surface(surface: SurfaceMesh) -> Scene:
-    outlines = outlines_of(surface)
-    starts, ends, is_selvedge = outlines.segments()
+    paths = paths_of_surface(surface)
+    starts, ends, is_free_border = paths.segments()
     n = len(starts)
     colours = latitude_colours(np.zeros(n), 1).astype(float)
-    colours[is_selvedge] = SELVEDGES
+    colours[is_free_border] = FREE_BORDERS
     return Scene(
         surface.vertices,
         surface.faces,
@@ -93,8 +106,8 @@ def _of_surface(surface: SurfaceMesh) -> Scene:
         surface.vertices[starts],
         surface.vertices[ends],
         colours,
-        np.full(n, surface.size * 0.003),
-        outlines.points,
+        np.full(n, surface.size * _RADIUS_PER_SIZE),
+        paths.points,
     )
 
 
@@ -102,12 +115,12 @@ def _of_latitudes(latitudes: Latitudes) -> Scene:
     lines, surface = latitudes.polylines, latitudes.surface
     after = next_in_loop(lines.offsets)
     generation = latitudes.generation[lines.owner]
-    swell = np.where(generation == 0, _BORDER_SWELL, 1.0)
+    factor = np.where(generation == 0, _BORDER_FACTOR, 1.0)
     drawn = lines.segment_lengths > 0
-    outlines = outlines_of(surface)
-    a, b, is_selvedge = outlines.segments()
-    a, b = a[is_selvedge], b[is_selvedge]
-    radius = latitudes.spacing * _ROD_OF_SPACING
+    paths = paths_of_surface(surface)
+    a, b, is_free_border = paths.segments()
+    a, b = a[is_free_border], b[is_free_border]
+    radius = latitudes.spacing * _RADIUS_PER_SPACING
     return Scene(
         surface.vertices,
         surface.faces,
@@ -117,11 +130,11 @@ def _of_latitudes(latitudes: Latitudes) -> Scene:
         np.concatenate(
             [
                 latitude_colours(generation, latitudes.n_generations).astype(float)[drawn],
-                np.tile(np.array(SELVEDGES, float), (len(a), 1)),
+                np.tile(np.array(FREE_BORDERS, float), (len(a), 1)),
             ]
         ),
-        np.concatenate([(swell * latitudes.spacing * _ROD_OF_SPACING)[drawn], np.full(len(a), radius)]),
-        outlines.points,
+        np.concatenate([(factor * latitudes.spacing * _RADIUS_PER_SPACING)[drawn], np.full(len(a), radius)]),
+        paths.points,
     )
 
 
@@ -136,7 +149,7 @@ def _of_lattice(lattice: Lattice) -> Scene:
     colours[family == LONGITUDINAL] = LONGITUDES
     colours[family == POCKET] = POCKETS
     is_border = (family == LATITUDINAL) & (generation == 0)
-    swell = np.where(is_border, _BORDER_SWELL, np.where(family == LATITUDINAL, 1.0, _LONGITUDE_SWELL))
+    factor = np.where(is_border, _BORDER_FACTOR, np.where(family == LATITUDINAL, 1.0, _LONGITUDE_FACTOR))
     return Scene(
         lattice.nodes,
         triangles,
@@ -144,15 +157,15 @@ def _of_lattice(lattice: Lattice) -> Scene:
         lattice.nodes[a],
         lattice.nodes[b],
         colours,
-        swell * min(latitudes.spacing, lattice.edge_length) * _ROD_OF_SPACING,
-        outlines_of(latitudes.surface).points,
+        factor * min(latitudes.spacing, lattice.edge_length) * _RADIUS_PER_SPACING,
+        paths_of_surface(latitudes.surface).points,
     )
 
 
 def _of_weave(weave: Weave) -> Scene:
     lattice = weave.lattice
     triangles, _ = fan_triangles(lattice.face_offsets, lattice.face_nodes)
-    samples = weave.axes.samples(_STEP_OF_EDGE * min(lattice.latitudes.spacing, lattice.edge_length))
+    samples = weave.axes.samples(_STEP_PER_EDGE * min(lattice.latitudes.spacing, lattice.edge_length))
     strand = rows_of(samples.offsets)
     start = np.flatnonzero(np.diff(strand) == 0)
     letters = np.array([name[0] for name in weave.ids])
@@ -165,8 +178,8 @@ def _of_weave(weave: Weave) -> Scene:
         samples.points[start + 1],
         colours[strand[start]],
         np.full(len(start), weave.rod_diameter / 2.0),
-        outlines_of(lattice.latitudes.surface).points,
-        set_back=_LAYERS_BACK * weave.rod_diameter,
+        paths_of_surface(lattice.latitudes.surface).points,
+        set_back=_DIAMETERS_BACK * weave.rod_diameter,
     )
 
 
@@ -178,19 +191,19 @@ def _of_equilibrium(equilibrium: Equilibrium) -> Scene:
     start, stop = np.flatnonzero(goes_on), after[goes_on]
     used = np.maximum(equilibrium.utilisation[start], equilibrium.utilisation[stop])
     scene = _of_weave(weave)
-    grey = np.tile(np.array(SELVEDGES, float), (len(start), 1))
+    grey = np.tile(np.array(FREE_BORDERS, float), (len(start), 1))
     radius = np.full(len(start), weave.rod_diameter / 2.0)
     return replace(
         scene,
         starts=np.concatenate([equilibrium.points[start], equilibrium.drawn[start]]),
         ends=np.concatenate([equilibrium.points[stop], equilibrium.drawn[stop]]),
         colours=np.concatenate([utilisation_colours(used).astype(float), grey]),
-        radius=np.concatenate([radius, _DRAWN_THIN * radius]),
+        radius=np.concatenate([radius, _DRAWN_FACTOR * radius]),
     )
 
 
 def _faces_with_edges(lattice: Lattice, wanted: Bools) -> Bools:
-    """Which faces have one of the wanted edges on their outline."""
+    """(F,) whether a face has one of the edges for which ``wanted`` (E,) is true."""
     n = lattice.n_nodes
     corners, after = lattice.face_nodes, lattice.face_nodes[next_in_loop(lattice.face_offsets)]
     key = np.minimum(corners, after) * n + np.maximum(corners, after)

@@ -1,4 +1,10 @@
-"""Light: how bright a surface, a rod and the background are in a picture."""
+"""Light: how bright a surface, a rod and the background are in a picture.
+
+    light = ambient + diffuse · max(n · l, 0) + sky · (1 + n · up) / 2        with gloss · max(n · h, 0)^24 on rods
+
+Depth is shown by unsharp masking of the depth buffer (Luft, Colditz and Deussen 2006): a pixel is darkened by how far
+it lies behind the blurred depth around it.
+"""
 
 from __future__ import annotations
 
@@ -16,34 +22,71 @@ Colours = NDArray[np.float32]
 Numbers = NDArray[np.floating[Any]]
 
 _KEY = np.array([-0.45, 0.62, 0.64])
-"""Where the light comes from, seen by the eye: from the left, above and before the subject."""
+"""Direction to the key light in the camera's axes: from the left, above and before the subject."""
 
 _GLOSS = np.array([-0.32, 0.45, 0.83])
-"""Where a rod's surface looks when it mirrors the light to the eye."""
+"""Normal at which a rod reflects the light to the eye (the half vector of Blinn 1977)."""
 
 _GLOSS_HEIGHT, _GLOSS_SHARPNESS = 70, 24
+"""Greatest gloss in 0…255, and its exponent."""
+
+_ROD_BASE, _ROD_GAIN = 0.35, 0.85
+"""Light on rods is base + gain · light: their colours stay recognizable in the shade."""
+
 _DEEPEST_SHADE = 0.45
+"""Part of the light that is lost in full shade."""
+
+_BLUR_REACH, _LEAST_COVER = 2.5, 1e-4
+"""Reach of a blur in sigmas, and the least weight that a mean is divided by."""
 
 _AMBIENT, _DIFFUSE, _SKY = 0.30, 0.52, 0.18
+"""Parts of the light: from everywhere, from the key light, and from the sky above; they sum to 1."""
+
 _CREASE = np.cos(np.radians(35))
 """Faces that turn more than this from the mean about a vertex keep their own shade there."""
 
-# From full shade to full light: warm paper outside, cool paper inside, rose in pockets.
 OUTSIDE = ((112, 106, 116), (196, 188, 180), (250, 246, 239))
 INSIDE = ((84, 90, 108), (158, 166, 180), (214, 220, 228))
 MARKED = ((138, 72, 88), (232, 176, 178), (255, 232, 228))
+"""Colours of the surface from full shade to full light: warm white outside, cool white inside, rose in pockets."""
+
 _SKY_TOP, _SKY_BOTTOM = (252, 252, 253), (228, 231, 236)
+"""Colours of the background."""
 
 
 def ramp(colours: tuple[tuple[int, int, int], ...]) -> Colours:
-    """256 colours from full shade to full light."""
+    """Interpolate between colours.
+
+    Parameters
+    ----------
+    colours : sequence of (int, int, int)
+        From full shade to full light.
+
+    Returns
+    -------
+    (256, 3) float32
+    """
     at = np.linspace(0, 1, len(colours))
     light = np.linspace(0, 1, 256)
     return np.stack([np.interp(light, at, channel) for channel in zip(*colours)], axis=1).astype(np.float32)
 
 
 def light_on_triangles(vertices: Floats, triangles: Ints, camera: Camera) -> tuple[Floats, Bools]:
-    """Light (T, 3) in 0…1 at the corners, and whether each triangle shows its outside to the eye."""
+    """Light on triangles, smooth across them except at creases.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    triangles : (T, 3) int64
+    camera : Camera
+
+    Returns
+    -------
+    light : (T, 3) float64
+        At the corners, from 0 to 1.
+    shows_outside : (T,) bool
+        Whether the eye sees the outside of the triangle.
+    """
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     smooth = np.zeros_like(vertices)
@@ -56,55 +99,81 @@ def light_on_triangles(vertices: Floats, triangles: Ints, camera: Camera) -> tup
     is_crease = (at_corner * normal[:, None]).sum(2) < _CREASE
     at_corner = np.where(is_crease[..., None], normal[:, None], at_corner)
     at_corner = np.where(shows_outside[:, None, None], at_corner, -at_corner)
-    return light_on(at_corner @ camera.axes.T, at_corner[..., 2]), shows_outside
+    return _light_on(at_corner @ camera.axes.T, at_corner[..., 2]), shows_outside
 
 
 def light_on_rods(axis: Floats, off: Numbers, camera: Camera) -> tuple[Floats, Floats]:
-    """Light (n,) and gloss (n,), in 0…255, on rods ``off`` the axis (n, 2) in the picture by a part of the radius.
+    """Light on samples of rods; round ends are lit as the tube beside them, so that bends of a polyline do not show.
 
-    The round ends are lit as the tube beside them, so that a bend of a polyline does not show.
+    Parameters
+    ----------
+    axis : (n, 2) float64
+        Unit direction of the rod in the picture, y down.
+    off : (n,) float32
+        Signed distance of the sample from the axis, in radii.
+    camera : Camera
+
+    Returns
+    -------
+    light : (n,) float64
+    gloss : (n,) float64
+        From 0 to 255.
     """
     off = np.clip(off, -1, 1)
     # The picture's y runs down, the eye's runs up.
     normal = np.stack([-axis[:, 1] * off, -axis[:, 0] * off, np.sqrt(1 - off * off)], axis=1)
     gloss: Floats = _GLOSS_HEIGHT * np.maximum(normal @ _GLOSS, 0) ** _GLOSS_SHARPNESS
-    return 0.35 + 0.85 * light_on(normal, normal @ camera.axes[:, 2]), gloss
+    return _ROD_BASE + _ROD_GAIN * _light_on(normal, normal @ camera.axes[:, 2]), gloss
 
 
-def light_on(normal: Floats, upward: Floats) -> Floats:
-    """Light in 0…1 on normals (…, 3) as the eye sees them; ``upward`` is how much they face the sky."""
+def _light_on(normal: Floats, upward: Floats) -> Floats:
+    """Light from 0 to 1 on normals (…, 3) in the camera's axes; ``upward`` (…,) is their component along z."""
     key = np.maximum(normal @ (_KEY / np.linalg.norm(_KEY)), 0)
     light: Floats = _AMBIENT + _DIFFUSE * key + _SKY * (0.5 + 0.5 * upward)
     return light
 
 
 def background(height: int) -> Colours:
-    """Colours (height, 3) from the top of the picture to its bottom."""
+    """Colours of the background.
+
+    Parameters
+    ----------
+    height : int
+        Rows of the picture.
+
+    Returns
+    -------
+    (height, 3) float32
+        From the top row down.
+    """
     part = np.linspace(0, 1, height)[:, None]
     return (np.array(_SKY_TOP) * (1 - part) + np.array(_SKY_BOTTOM) * part).astype(np.float32)
 
 
 def darkening(distance: Numbers, covered: Bools, scales: Iterable[tuple[float, float]]) -> Numbers:
-    """How much light (height, width) reaches places that lie behind what is beside them in the picture.
-
-    Luft, Colditz and Deussen 2006: unsharp masking of the depth buffer.
+    """How much light reaches places that lie behind their neighbours in the picture.
 
     Parameters
     ----------
     distance : (height, width) float32
         From the eye.
     covered : (height, width) bool
-        Where there is anything.
+        Whether a pixel shows anything.
     scales : pairs of float
-        How far a shade reaches, in pixels, and the step in distance that gives a full one.
+        Sigma of the blur in pixels, and the step in distance that gives full shade.
+
+    Returns
+    -------
+    (height, width) float32
+        From 1 - `_DEEPEST_SHADE` to 1.
     """
     shade = np.zeros_like(distance)
     for sigma, step_of_full_shade in scales:
-        # A blur needs no more pixels than a few for each sigma.
+        # A blur needs only a few pixels for each sigma.
         step = max(int(sigma / 2), 1)
-        weight = gaussian_filter(covered[::step, ::step].astype(np.float32), sigma / step, truncate=2.5)
-        total = gaussian_filter(np.where(covered, distance, 0)[::step, ::step], sigma / step, truncate=2.5)
-        mean = total / np.maximum(weight, 1e-4)
+        weight = gaussian_filter(covered[::step, ::step].astype(np.float32), sigma / step, truncate=_BLUR_REACH)
+        total = gaussian_filter(np.where(covered, distance, 0)[::step, ::step], sigma / step, truncate=_BLUR_REACH)
+        mean = total / np.maximum(weight, _LEAST_COVER)
         behind = (distance - _enlarged(mean, step, distance.shape)) / step_of_full_shade
         shade += np.clip(behind, 0, 1)
     light: Numbers = np.where(covered, 1 - _DEEPEST_SHADE * np.minimum(shade, 1), 1)
@@ -112,7 +181,7 @@ def darkening(distance: Numbers, covered: Bools, scales: Iterable[tuple[float, f
 
 
 def _enlarged(image: Numbers, step: int, shape: tuple[int, ...]) -> Numbers:
-    """The image of every ``step``-th pixel drawn out to all of them, linearly."""
+    """The image of every ``step``-th pixel, interpolated linearly to all pixels."""
     for axis in (0, 1):
         at = np.minimum(np.arange(shape[axis], dtype=np.float32) / step, image.shape[axis] - 1)
         low = np.minimum(at.astype(np.int64), image.shape[axis] - 2)

@@ -1,23 +1,31 @@
-"""A result in a few lines of text."""
+"""Summaries of results: pairs of a label and a text."""
 
 from __future__ import annotations
+
+from typing import Optional
 
 import numpy as np
 
 from weavecore.geometry.polygon_mesh import nodes_on_border
 from weavecore.model import Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.units import with_unit
-from weavecore.viewing.outlines import chosen_borders
+from weavecore.viewing.surface_paths import describe_chosen_borders
 
 Lines = list[tuple[str, str]]
 
 _REGULAR_VALENCE = {"triangular": 6, "quad": 4}
+"""Edges of a regular inner node, by pattern."""
 
 
 def describe_surface(surface: SurfaceMesh) -> Lines:
-    """Name, faces and borders, and what was mended."""
+    """Name, faces and borders, and what was repaired.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    """
     n_parts = int(surface.component_of_face.max()) + 1
-    chosen, n_inside = chosen_borders(surface)
+    chosen, n_inside = describe_chosen_borders(surface)
     parts = [_count(surface.n_faces, "face"), _count(len(surface.borders), "border") + chosen]
     if surface.cuts:
         parts.append(_count(len(surface.cuts), "cut"))
@@ -30,7 +38,12 @@ def describe_surface(surface: SurfaceMesh) -> Lines:
 
 
 def describe_latitudes(latitudes: Latitudes) -> Lines:
-    """Spacing, generations and polylines."""
+    """Spacing, generations and polylines.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    """
     unit = latitudes.surface.unit
     count = f"{_count(len(latitudes), 'polyline')} in {_count(latitudes.n_generations, 'generation')}"
     n_open = int((~latitudes.polylines.closed).sum())
@@ -38,26 +51,37 @@ def describe_latitudes(latitudes: Latitudes) -> Lines:
         count += f", {n_open:,} open"
     return [
         ("spacing", spacing_text(latitudes)),
-        ("latitudes", f"{count}, {with_unit(latitudes.polylines.lengths.sum(), unit)} in all"),
+        ("latitudes", f"{count}, total length {with_unit(latitudes.polylines.lengths.sum(), unit)}"),
     ]
 
 
 def spacing_text(latitudes: Latitudes) -> str:
-    """The spacing, or the least and the greatest of several."""
+    """The spacing, or the least and the greatest of several.
+
+    Parameters
+    ----------
+    latitudes : Latitudes
+    """
     steps, unit = latitudes.steps, latitudes.surface.unit
     greatest = with_unit(steps.max(), unit)
     return f"{with_unit(steps.min(), unit)} to {greatest}" if len(steps) > 1 else greatest
 
 
 def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:
-    """Nodes and how many are regular, edges, faces and strands."""
+    """Nodes and how many are regular, edges, faces and strands.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    strands : Strands
+    """
     unit = lattice.latitudes.surface.unit
     nodes = f"{lattice.n_nodes:,} nodes"
     share = regular_share(lattice)
     if share is not None:
         nodes += f", {share:.0%} of the inner ones with {_REGULAR_VALENCE[lattice.pattern]} edges"
     return [
-        ("edges", f"{lattice.n_edges:,}, {with_unit(lattice.edge_lengths.mean(), unit)} long on average"),
+        ("edges", f"{lattice.n_edges:,}, mean length {with_unit(lattice.edge_lengths.mean(), unit)}"),
         ("nodes", nodes),
         ("faces", f"{lattice.n_faces:,}, pattern {lattice.pattern}"),
         ("strands", f"{len(strands):,}"),
@@ -65,24 +89,38 @@ def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:
 
 
 def describe_weave(weave: Weave) -> Lines:
-    """Rods, their order and their bending."""
+    """Rods, their order and their bending.
+
+    Parameters
+    ----------
+    weave : Weave
+    """
     unit = weave.lattice.latitudes.surface.unit
-    bending = weave.bending
     ends, conflicts = _count(weave.n_ends_inside, "end"), _count(len(weave.conflicts), "conflict")
-    s = int(np.argmin(bending.min_radius))
-    limit = weave.material.least_bend * weave.rod_diameter
-    text = f"least radius {with_unit(bending.min_radius[s], unit)} in {weave.ids[s]}"
-    text += f"; {weave.material.name} of {with_unit(weave.rod_diameter, unit)} bears {with_unit(limit, unit)}"
-    if len(bending.violations):
-        text += f": {_count(len(bending.violations), 'rod')} bent too sharply"
-    rods = f"{len(weave):,}, {with_unit(weave.median_length, unit)} long in the middle, {ends} inside"
+    rods = f"{len(weave):,}, median length {with_unit(weave.median_length, unit)}, {ends} inside"
     if len(weave.turns):
-        rods += f"; those across the rings turn by {np.degrees(np.median(weave.turns)):.1f}° a node"
+        rods += f"; across the rings a median turn of {np.degrees(np.median(weave.turns)):.1f}° at a node"
     return [
         ("rods", rods),
         ("weave", f"{weave.over_under}, {conflicts}, {_count(len(weave.clashes), 'clash', 'clashes')}"),
-        ("bending", text),
+        ("bending", _bending_text(weave)),
     ]
+
+
+def _bending_text(weave: Weave) -> str:
+    """Whether all rods can be bent to their places, and if not, where the worst is and which rod would pass there."""
+    unit, bending = weave.lattice.latitudes.surface.unit, weave.bending
+    rod = f"{with_unit(weave.rod_diameter, unit)} {weave.material.name}"
+    s = int(np.argmin(bending.min_radius))
+    limit = with_unit(weave.material.least_bend * weave.rod_diameter, unit)
+    least = f"least radius {with_unit(bending.min_radius[s], unit)} in {weave.ids[s]}, allowed {limit}"
+    n_bad = len(bending.violations)
+    if n_bad == 0:
+        return f"all {len(weave):,} rods bend: {rod}; {least}"
+    x, y, z = bending.point_at_min[s].tolist()
+    thinner = with_unit(bending.largest_diameter.min(), unit)
+    text = f"{n_bad:,} of {len(weave):,} rods exceed the allowable stress: {rod}; {least}"
+    return f"{text}, at ({x:.6g}, {y:.6g}, {z:.6g}); all pass at {thinner} or thinner, or with a wider spacing"
 
 
 def describe_equilibrium(equilibrium: Equilibrium) -> Lines:
@@ -107,8 +145,18 @@ def describe_equilibrium(equilibrium: Equilibrium) -> Lines:
     ]
 
 
-def regular_share(lattice: Lattice) -> float | None:
-    """Part of the inner nodes with as many edges as the pattern has; None where no node is inside, or none is known."""
+def regular_share(lattice: Lattice) -> Optional[float]:
+    """Part of the inner nodes with as many edges as the pattern has.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    float or None
+        None where no node is inside, or the pattern has no regular valence.
+    """
     valence = np.bincount(lattice.edges.ravel(), minlength=lattice.n_nodes)
     inner = ~nodes_on_border(lattice.face_offsets, lattice.face_nodes, lattice.n_nodes)
     if lattice.pattern not in _REGULAR_VALENCE or not inner.any():

@@ -1,4 +1,4 @@
-"""What the command shows: lines with labels, tables, and a bar while it works."""
+"""Output of the commands on the terminal: lines with labels, tables, and a progress bar."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Callable
 
 Progress = Callable[[float, str], None]
+"""Called with the fraction that is done, from 0 to 1, and a label."""
+
+_UNLIMITED = 10_000
+"""Width of a table that is not shown on a terminal: no row is wrapped."""
 
 
 @contextlib.contextmanager
@@ -26,13 +30,25 @@ def progress_bar(*, quiet: bool) -> Iterator[Progress]:
         yield lambda fraction, label: bar.update(task, completed=fraction, description=escape(label))
 
 
-def part_of(tell: Progress, start: float, end: float) -> Progress:
-    """A progress whose 0 to 1 is a part of the whole."""
-    return lambda fraction, label: tell(start + (end - start) * min(max(fraction, 0.0), 1.0), label)
+def part_of(progress: Progress, start: float, end: float) -> Progress:
+    """A progress callback for a part of the whole.
+
+    Parameters
+    ----------
+    progress : callable
+    start, end : float
+        Fractions of the whole at which the part begins and ends.
+    """
+    return lambda fraction, label: progress(start + (end - start) * min(max(fraction, 0.0), 1.0), label)
 
 
 def show_lines(lines: Iterable[tuple[str, str]]) -> None:
-    """Show pairs of a label and a text, the texts below one another."""
+    """Print pairs of a label and a text, the texts aligned.
+
+    Parameters
+    ----------
+    lines : iterable of (label, text)
+    """
     lines = list(lines)
     width = max(len(label) for label, _ in lines)
     for label, text in lines:
@@ -54,7 +70,7 @@ def show_table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, number
     from rich.table import Table
 
     is_terminal = sys.stdout.isatty()
-    console = Console(markup=False, highlight=False, emoji=False, width=None if is_terminal else 10_000)
+    console = Console(markup=False, highlight=False, emoji=False, width=None if is_terminal else _UNLIMITED)
     table = Table(box=box.SIMPLE if is_terminal else None, pad_edge=False)
     for heading in headings:
         table.add_column(heading, justify="right" if heading in numbers else "left")

@@ -8,15 +8,13 @@ at a sharp angle; so a few rounds settle the normals, and then the shifts.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
-from weavecore.model.rod_axes import RodAxes
+from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
 from weavecore.model.strands import Strands
 from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
@@ -31,12 +29,21 @@ _MOST_SHIFT = 1.6
 _ENOUGH = 0.005
 """Gaps are right when they are within this part of a diameter."""
 
+OVERHANG_DIAMETERS = 10.0
+"""A cable tie within five diameters of the end of a rod slips off; twice that leaves room to trim."""
+
 _STEP = 0.25
 """Arc length is summed in steps of this part of an edge."""
 
 
 def lay_axes(
-    lattice: Lattice, strands: Strands, joints: Joints, rod_diameter: float, *, centred_on_rings: bool
+    lattice: Lattice,
+    strands: Strands,
+    joints: Joints,
+    rod_diameter: float,
+    *,
+    centred_on_rings: bool,
+    overhang: float = OVERHANG_DIAMETERS,
 ) -> tuple[RodAxes, Floats]:
     """Fit the axes of the rods, and give the normals (N, 3) along which they are shifted out of the surface.
 
@@ -49,6 +56,8 @@ def lay_axes(
     centred_on_rings : bool
         Whether a ring stays on the surface, with the others below and above it; else all layers of a
         joint lie evenly about it.
+    overhang : float
+        How far open rods run on straight beyond their outermost ties, in diameters.
     """
     outward = surface_normals(lattice)
     shifts = np.full(len(joints.contacts), rod_diameter)
@@ -63,7 +72,7 @@ def lay_axes(
         shifts = np.where(wrong, np.clip(wanted, rod_diameter, _MOST_SHIFT * rod_diameter), shifts)
         offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
         points, rows, normals = _settle(lattice, strands, offsets, normals, outward, 1)
-    return _as_axes(lattice, strands, points, rows, offsets), normals
+    return _as_axes(lattice, strands, points, rows, offsets, overhang * rod_diameter), normals
 
 
 def _settle(
@@ -79,25 +88,31 @@ def _settle(
     return points, rows, normals
 
 
-def _as_axes(lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats) -> RodAxes:
+def _as_axes(
+    lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats, overhang: float
+) -> RodAxes:
+    overhangs = np.where(strands.closed, 0.0, overhang)[:, None] * np.ones(2)
+    parameters, ends = tip_parameters(rows, strands.offsets, overhangs)
+    tipped = with_tips(points, rows.derivatives, parameters, strands.offsets, strands.closed, ends, overhangs)
+    curves = SplineRows(tipped.derivatives, tipped.parameters, ends)
+    drawn = as_b_splines(curves, tipped.points, tipped.offsets, strands.closed)
     step = _STEP * min(lattice.edge_length, lattice.latitudes.spacing)
-    curves: dict[str, Any] = {
-        "offsets": strands.offsets,
-        "closed": strands.closed,
-        "points": points,
-        "derivatives": rows.derivatives,
-        "parameters": rows.parameters,
-        "ends": rows.ends,
-    }
-    samples = sample_curves(**curves, step=step)
-    drawn = as_b_splines(points, strands.offsets, strands.closed)
+    samples = sample_curves(
+        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, strands.closed, ends, step=step
+    )
     return RodAxes(
-        **curves,
+        offsets=strands.offsets,
+        closed=strands.closed,
+        points=points,
+        derivatives=rows.derivatives,
+        parameters=parameters,
+        ends=ends,
+        overhangs=overhangs,
         knot_offsets=drawn.knot_offsets,
         knots=drawn.knots,
         control_offsets=drawn.control_offsets,
         controls=drawn.controls,
-        stations=samples.stations[samples.is_given],
+        stations=samples.stations[samples.is_given][tipped.visits],
         lengths=samples.stations[samples.offsets[1:] - 1],
         layer_offsets=offsets,
     )

@@ -62,7 +62,7 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
     total = np.bincount(rows_of(strands.offsets)[before], slant, minlength=len(strands))
     lean: Ints = np.sign(np.where(np.abs(total) > 1e-9, total, 0.0)).astype(np.int64)
-    if lattice.latitudes.surface.is_selvedge.any():
+    if lattice.latitudes.surface.is_free_border.any():
         inside = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes).n_faces > 1
         owner = rows_of(strands.offsets)[before]
         crosses = np.bincount(owner, inside[edges_between(lattice.edges, a, b)], minlength=len(strands)) > 0

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Floats, Ints, connected, next_in_loop, rows_of
 from weavecore.geometry.matching import match_best
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.geometry.spanning import spread_signs
@@ -158,10 +158,8 @@ def ties_to_break(lattice: Lattice, tie: Ints, product: Ints) -> Ints:
 def _cells_of(lattice: Lattice, tie: Ints) -> Cells:
     left, right, n = _sides_of_edges(lattice)
     free = tie == UNTIED
-    links = coo_matrix((np.ones(int(free.sum()), np.int8), (left[free], right[free])), shape=(n, n))
-    n, label = connected_components(links, directed=False)
-    number = label.astype(np.int64)
-    return Cells(number[left], number[right], int(n))
+    n, number = connected(left[free], right[free], n)
+    return Cells(number[left], number[right], n)
 
 
 def _sides_of_edges(lattice: Lattice) -> tuple[Ints, Ints, int]:
@@ -173,8 +171,7 @@ def _sides_of_edges(lattice: Lattice) -> tuple[Ints, Ints, int]:
     cell[np.where(tail < head, 0, 1), at] = rows_of(lattice.face_offsets)
     is_border = (cell < 0).any(axis=0)
     ends = lattice.edges[is_border]
-    links = coo_matrix((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(n_nodes, n_nodes))
-    _, part = connected_components(links, directed=False)
+    _, part = connected(ends[:, 0], ends[:, 1], n_nodes)
     loop, number = np.unique(part[ends[:, 0]], return_inverse=True)
     cell[:, is_border] = np.where(cell[:, is_border] < 0, n_faces + number.ravel(), cell[:, is_border])
     return cell[0], cell[1], n_faces + len(loop)

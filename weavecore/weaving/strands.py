@@ -14,13 +14,10 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, rows_of
-from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
-from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
-from weavecore.model.lattice import LATITUDINAL, POCKET, Lattice
+from weavecore.geometry.matching import ALONE
+from weavecore.model.lattice import POCKET, Lattice
+from weavecore.model.rod_pairing import pair_darts
 from weavecore.model.strands import Strands
-
-MOST_BEND = np.radians(75.0)
-"""A rod that would bend more than this at one node ends there; rings always close."""
 
 _NONE = ALONE
 
@@ -99,54 +96,9 @@ def _write(
 
 def _followers(lattice: Lattice) -> Ints:
     """The dart that follows each dart, -1 where the rod ends."""
-    tail = lattice.edges.ravel()  # of each dart
-    away = lattice.nodes[lattice.edges.ravel().reshape(-1, 2)[:, ::-1].ravel()] - lattice.nodes[tail]
-    away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
-    family = np.repeat(lattice.edge_family, 2)
-    # Rings keep to themselves; a longitude may go on through a pocket, where nothing of its own kind goes on.
-    one, other = pairs_of_equals(tail * 2 + (family == LATITUDINAL))
-    bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
-    straight, on_border = find_straight(lattice)
-    is_straight = straight[one] == other
-    # A rod that comes to a border ends there: it cannot cross what lies beyond.
-    is_free = (bend <= MOST_BEND) | (family[one] == LATITUDINAL)
-    allowed = is_free & (is_straight | ~on_border[tail[one]])
-    # What goes straight across comes before all else.
-    cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
-    partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
     # A dart arrives where its reverse leaves.
-    arrival = np.arange(len(tail)) ^ 1
-    follower: Ints = partner[arrival]
+    follower: Ints = pair_darts(lattice)[np.arange(2 * lattice.n_edges) ^ 1]
     return follower
-
-
-# ----------------------------------------------------------------------
-# Rods that go straight on at a crossing, by the order of the edges about the node.
-
-
-def find_straight(lattice: Lattice) -> tuple[Ints, Bools]:
-    """For each dart (2E,) the one that goes straight on at the same node, or -1 where the bend decides.
-
-    That is the one across where two rods cross, each within its family, and the other one along
-    the border at a node of that.
-
-    Also whether each node (N,) is on a border.
-
-    Where both rods are of one family, as in kagome, the least bend alone could make them swap
-    at a sharp crossing.
-    """
-    fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
-    across = darts_across(fans, lattice.edges)
-    node, is_ring = lattice.edges.ravel(), np.repeat(lattice.edge_family == LATITUDINAL, 2)
-    known = np.flatnonzero(across != NONE)
-    is_mixed = np.zeros(lattice.n_nodes, bool)
-    is_mixed[node[known[is_ring[known] != is_ring[across[known]]]]] = True
-    across[is_mixed[node]] = NONE
-    border = np.flatnonzero(fans.on_border)
-    first, last = (side[border] for side in (fans.first_side, fans.last_side))
-    first, last = 2 * first + (lattice.edges[first, 1] == border), 2 * last + (lattice.edges[last, 1] == border)
-    across[first], across[last] = last, first
-    return across, fans.on_border
 
 
 # ----------------------------------------------------------------------

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Callable, Optional, Union
 
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.model.bending import Material
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.model.bending import Bending, Material
 from weavecore.model.lattice import Lattice
+from weavecore.model.rod_axes import RodAxes
+from weavecore.model.rod_ends import FEWEST_JOINTS
+from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
 from weavecore.weaving.axes import lay_axes
 from weavecore.weaving.bending import material_named, measure_bending
+from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clearance import find_clashes
-from weavecore.weaving.layers import STACKED, order_rods, style_named, usual_style
+from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
+from weavecore.weaving.stock import LEAST_RODS, choose_diameter, next_thinner, stock_diameters
 from weavecore.weaving.strands import find_strands
 
-_SPACING_IN_RODS = 24.0
-"""Spacing over diameter where none is asked for: rods of 5 mm at 120 mm.  Where edges are shorter they count
-instead: going over and under from joint to joint bends a rod the more, the nearer the joints are."""
+_SPACING_IN_RODS = 48.0
+"""Spacing, or mean edge where that is shorter, over the diameter that the search for a diameter starts from."""
+
+_MOST_BREAK_ROUNDS = 3
+"""A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
+
+_FEWEST_OF_ALL = 2
+"""What cannot be bent in the chosen diameter is broken even where that gives short rods: a rod that snaps is worse."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -38,7 +50,8 @@ def weave_lattice(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        In the model's unit; by default a 24th of the spacing, or of the mean edge where that is shorter.
+        In the model's unit; by default the thickest stock diameter with which nearly all rods can be bent to
+        their places (`weavecore.weaving.stock`).
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
@@ -56,36 +69,91 @@ def weave_lattice(
     Unsupported
     """
     tell = progress or (lambda _fraction, _label: None)
-    diameter = _usual_diameter(lattice) if rod_diameter is None else float(rod_diameter)
+    diameter = 1.0 if rod_diameter is None else float(rod_diameter)
     if not (np.isfinite(diameter) and diameter > 0):
         raise Unsupported(f"A rod of diameter {diameter:g} is no rod", remedy="Give a positive diameter.")
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     tell(0.0, "finding the strands")
+    woven = _Woven(lattice, stuff, style)
     strands = find_strands(lattice)
-    lean = find_lean(strands, lattice)
-    tell(0.2, "over and under")
-    order = order_rods(lattice, strands, lean, style)
-    tell(0.4, "bending the rods")
-    axes, normals = lay_axes(lattice, strands, order.joints, diameter, centred_on_rings=style.name == STACKED)
+    tell(0.3, "bending the rods")
+    bent = woven.bend_in_stock(strands) if rod_diameter is None else woven.bend(strands, diameter)
     tell(0.8, "measuring")
-    bending = measure_bending(axes, rod_diameter=diameter, material=stuff, unit=lattice.latitudes.surface.unit)
     return Weave(
         lattice=lattice,
-        strands=strands,
-        ids=name_strands(strands, lattice, lean),
-        joints=order.joints,
-        axes=axes,
-        normals=normals,
-        bending=bending,
-        rod_diameter=diameter,
+        strands=bent.strands,
+        ids=name_strands(bent.strands, lattice, bent.lean),
+        joints=bent.order.joints,
+        axes=bent.axes,
+        normals=bent.normals,
+        bending=bent.bending,
+        rod_diameter=bent.diameter,
         material=stuff,
         over_under=style.name,
-        conflicts=order.conflicts,
-        clashes=find_clashes(axes, diameter),
+        conflicts=bent.order.conflicts,
+        clashes=find_clashes(bent.axes, bent.diameter),
     )
 
 
-def _usual_diameter(lattice: Lattice) -> float:
+@dataclass(frozen=True, eq=False)
+class _Bent:
+    """Rods of one diameter in their places, and the largest diameter (M,) that passes at each visit."""
+
+    strands: Strands
+    lean: Ints
+    order: Order
+    diameter: float
+    axes: RodAxes
+    normals: Floats
+    bending: Bending
+    largest: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Woven:
+    """What does not depend on the rods' diameter."""
+
+    lattice: Lattice
+    material: Material
+    style: Style
+
+    def bend(self, strands: Strands, diameter: float, like: Optional[_Bent] = None) -> _Bent:
+        """Lay rods of a diameter over and under each other and measure how they are bent."""
+        if like is None:
+            lean = find_lean(strands, self.lattice)
+            order = order_rods(self.lattice, strands, lean, self.style)
+        else:
+            lean, order = like.lean, like.order
+        axes, normals = lay_axes(
+            self.lattice, strands, order.joints, diameter, centred_on_rings=self.style.name == STACKED
+        )
+        bending, largest = measure_bending(axes, normals[strands.nodes], rod_diameter=diameter, material=self.material)
+        return _Bent(strands, lean, order, diameter, axes, normals, bending, largest)
+
+    def bend_in_stock(self, strands: Strands) -> _Bent:
+        """Rods of the thickest stock diameter that nearly all can be bent in, broken where they cannot."""
+        stock = stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
+        whole = self.bend(strands, _first_diameter(self.lattice))
+        diameter = choose_diameter(whole.largest, stock)
+        while True:
+            whole = self.bend(strands, diameter, like=whole)
+            bent = self.break_rods(whole, FEWEST_JOINTS)
+            thinner = next_thinner(diameter, stock)
+            if thinner is None or (bent.bending.utilisation <= 1.0).mean() >= LEAST_RODS:
+                return self.break_rods(bent, _FEWEST_OF_ALL)
+            diameter = thinner
+
+    def break_rods(self, bent: _Bent, fewest: int) -> _Bent:
+        """Break rods where they are bent too sharply, as far as no piece gets fewer joints."""
+        for _ in range(_MOST_BREAK_ROUNDS):
+            breaks = find_breaks(bent.strands, bent.largest, bent.diameter, fewest=fewest)
+            if not breaks.any():
+                break
+            bent = self.bend(break_strands(bent.strands, breaks), bent.diameter)
+        return bent
+
+
+def _first_diameter(lattice: Lattice) -> float:
     edge = float(lattice.edge_lengths.mean()) if lattice.n_edges else np.inf
     return min(lattice.latitudes.spacing, edge) / _SPACING_IN_RODS

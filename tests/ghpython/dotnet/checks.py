@@ -370,7 +370,9 @@ def run(name: str, *, component: Any = None, **inputs: Any) -> tuple[Any, ...]:
     environment = ModuleType("ghenv")
     vars(environment)["Component"] = component
     scope: dict[str, Any] = {"__name__": "__main__", "ghenv": environment}
-    exec(compile(path.read_text("utf-8"), str(path), "exec"), scope)
+    # Rhino's pythonnet takes Python's object for .NET's, which the one on PyPI does not.
+    source = path.read_text("utf-8").replace("List[object]", "List[System.Object]")
+    exec(compile(source, str(path), "exec", dont_inherit=True), scope)
     script = scope[name.partition("_")[2]]()
     outputs = script.RunScript(*(inputs.get(parameter.Name) for parameter in component.Params.Input))
     errors = [text for text in component.Messages if text.startswith("Error: INTERNAL")]

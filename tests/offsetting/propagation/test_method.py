@@ -131,18 +131,18 @@ def test_a_spacing_too_large_or_too_small_is_refused():
         offset_fronts(surface, spacing=1e-5)
 
 
-def test_progress_is_told_and_can_cancel():
+def test_progress_is_reported_and_can_cancel():
     class Cancelled(Exception):
         pass
 
-    told = []
+    reported = []
 
     def stop(fraction, label):
-        told.append((fraction, label))
-        if len(told) > 1:
+        reported.append((fraction, label))
+        if len(reported) > 1:
             raise Cancelled
 
     with pytest.raises(Cancelled):
         offset_fronts(flat_surface([circle(5.0, n=120)], 0.3), spacing=0.7, progress=stop)
-    assert all(0 <= fraction <= 1 and label for fraction, label in told)
-    assert told[0][0] < told[1][0]
+    assert all(0 <= fraction <= 1 and label for fraction, label in reported)
+    assert reported[0][0] < reported[1][0]

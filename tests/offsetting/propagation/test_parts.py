@@ -10,16 +10,16 @@ from tough_surfaces import TOUGH
 from weavecore import pipeline
 from weavecore.errors import Degenerate
 from weavecore.offsetting.propagation import method
-from weavecore.offsetting.propagation.curves import Ground
-from weavecore.offsetting.propagation.method import cover
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.method import propagate_fronts
 from weavecore.validating import validate
 
 
 def cover_plate(surface, spacing, parts):
-    ground = Ground(surface)
+    domain = Domain(surface)
     middle = surface.vertices.mean(axis=0)
-    generations = cover(ground, spacing=np.asarray(spacing) / ground.scale, parts=parts)
-    return [(len(fronts), fronts.points * ground.scale + middle) for fronts in generations]
+    generations = propagate_fronts(domain, spacing=np.asarray(spacing) / domain.scale, parts=parts)
+    return [(len(fronts), fronts.points * domain.scale + middle) for fronts in generations]
 
 
 TWO_HOLES = [rectangle(12, 12), circle(1.5, (-2, 0.2), n=60), circle(1.5, (2.1, 0), n=60)]
@@ -57,15 +57,15 @@ def test_what_is_left_bare_by_whole_steps_is_covered_by_steps_in_parts(monkeypat
     assert len(caught.value.ids) > 0
 
 
-def test_of_all_refusals_that_of_whole_steps_is_told(monkeypatch):
+def test_the_refusal_of_whole_steps_is_the_one_raised(monkeypatch):
     surface = flat_surface([circle(5.0, n=60)], 0.5)
     refused = []
 
-    def refuse(ground, *, spacing, parts, progress):
+    def refuse(domain, *, spacing, parts, progress):
         refused.append(parts)
         raise Degenerate(f"in {parts}", remedy="", ids=[0], kind="face")
 
-    monkeypatch.setattr(method, "cover", refuse)
+    monkeypatch.setattr(method, "propagate_fronts", refuse)
     with pytest.raises(Degenerate, match="in 1"):
         pipeline.offset(surface, spacing=0.9, method="fronts")
     assert refused == [1, 2, 3, 4]

@@ -71,7 +71,7 @@ def test_borders_and_euler_characteristic_are_the_surface_s_own(meshed):
     name, mesh = meshed
     n_borders, characteristic, _ = CATALOGUE[name]
     check_manifold_vertices(mesh.faces, find_twins(mesh.faces, len(mesh.vertices)), len(mesh.vertices))
-    assert len(borders(mesh)) == n_borders == mesh.loops_expected
+    assert len(borders(mesh)) == n_borders == mesh.n_borders_expected
     assert euler(mesh) == characteristic
     assert mesh.notes == ()
 

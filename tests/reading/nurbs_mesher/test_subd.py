@@ -111,7 +111,7 @@ def test_the_mesh_lies_on_the_limit_surface_and_looks_outwards():
     assert np.abs(np.linalg.norm(mesh.vertices, axis=1) - 1).max() <= 1e-12
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6 == pytest.approx(4 * np.pi / 3, rel=1e-2)
-    assert mesh.loops_expected == 0
+    assert mesh.n_borders_expected == 0
     assert np.median(least_angles(mesh.vertices, mesh.faces)) >= 40
 
 
@@ -124,7 +124,7 @@ def test_it_is_refined_until_the_chord_error_is_kept():
 
 def test_borders_are_counted_on_the_control_net():
     mesh = mesh_object(cube(missing=2))
-    assert mesh.loops_expected == 2
+    assert mesh.n_borders_expected == 2
     assert len(border_loops(mesh.faces, find_twins(mesh.faces, len(mesh.vertices)))) == 2
 
 
@@ -193,5 +193,5 @@ def test_edges_are_no_longer_than_asked_for_by_much():
 
 
 def test_a_refinement_that_is_not_face_by_face_is_refused():
-    with pytest.raises(Unreadable, match="face by face"):
+    with pytest.raises(Unreadable, match="does not follow its faces"):
         mesh_object(sheet(2, 3, 2.0, shuffled=True))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from weavecore.model import SurfaceMesh, Weave
-from weavecore.viewing.page.content import page_content
-from weavecore.viewing.page.document import encode_page
+from weavecore.viewing.page.html_page import encode_page
+from weavecore.viewing.page.page_content import page_content
 from weavecore.weaving.sequence import find_sequence
 from woven_rods import woven_sample, woven_tube
 from woven_tube import tube_latitudes, tube_lattice, tube_strands, tube_surface

@@ -1,4 +1,12 @@
-"""Where a curve on a mesh runs beside its border, and its ends put there."""
+"""Curves beside the border of a mesh: ends that are put on it, and curves that become a stretch of it.
+
+Each point of a curve, and the middle of each segment, has its nearest place on the border; it is *beside* the border
+if that is nearer than a tenth of the edges there.  A curve beside one border loop all the way runs along it; one that
+only ends there gets its ends put on it; a curve that runs along a border in part, or touches one between its ends, is
+refused.
+
+Work: that of the closest border edges.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +23,15 @@ from weavecore.geometry.curve_embedding.sampling import CurveOnMesh, segments_of
 from weavecore.geometry.halfedges import NO_TWIN, border_loops, halfedge_ends
 
 _NEAR, _NEAR_OF_SIZE = 0.1, 0.01
-"""A point is beside a border that is nearer than the first part of the edges there, and the second of the size."""
+"""Of the edges there, and of the mesh's size (the lesser counts): a border nearer than this is beside a point."""
 
-_MOST_RUN = 30.0
-"""So many times this distance a curve may run beside a border, where it does not run along it altogether."""
+_MAX_RUN = 30.0
+"""Times that distance for which a curve may run beside a border without running along it: more would be slivers."""
 
 _ON_BORDER = 1e-3  # of the edges there: as good as on it
+
+_AT_VERTEX = 1e-3
+"""Of the edge: the end of a stretch is put on a vertex that is no further away."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +80,9 @@ class CurveBesideBorder:
             run = run + half[k] / self.near[k] if both else 0.0
             if run > longest:
                 longest, where = run, k
-        if longest > _MOST_RUN:
+        if longest > _MAX_RUN:
             raise BadCurve(
-                f"The curve runs along a border in part, near {_told(self.curve.places[where // 2])}",
+                f"The curve runs along a border in part, near {_written(self.curve.places[where // 2])}",
                 remedy="Let it run along the border altogether, or only end there; split it in two if it does both.",
             )
         first, last = self._inner()
@@ -80,7 +91,7 @@ class CurveBesideBorder:
         if touches.any():
             raise BadCurve(
                 f"The curve touches a border between its ends near "
-                f"{_told(self.curve.places[first + int(np.argmax(touches))])}",
+                f"{_written(self.curve.places[first + int(np.argmax(touches))])}",
                 remedy="Keep it clear of the border, or let it end there.",
             )
 
@@ -103,12 +114,12 @@ class CurveBesideBorder:
         if self.curve.is_closed:
             return 0, n - 1
         first, last = 1, n - 2
-        foot, near, places = self.border.place[::2], self.near[::2], self.curve.places
+        nearest, near, places = self.border.place[::2], self.near[::2], self.curve.places
         if self.is_beside[0]:
-            clear = np.linalg.norm(places - foot[0], axis=1) > near[0]
+            clear = np.linalg.norm(places - nearest[0], axis=1) > near[0]
             first = max(first, int(np.argmax(clear)) if clear.any() else n)
         if self.is_beside[-1]:
-            clear = np.linalg.norm(places - foot[-1], axis=1) > near[-1]
+            clear = np.linalg.norm(places - nearest[-1], axis=1) > near[-1]
             last = min(last, n - 1 - int(np.argmax(clear[::-1])) if clear.any() else -1)
         return first, last
 
@@ -116,12 +127,27 @@ class CurveBesideBorder:
 def curve_beside_border(
     vertices: Floats, faces: Ints, twins: Ints, curve: CurveOnMesh, tolerance: float
 ) -> CurveBesideBorder | None:
-    """A curve with its nearest places on the border; None on a closed mesh."""
+    """Find the nearest places of a curve on the border.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+    twins : (3F,) int64
+    curve : CurveOnMesh
+    tolerance : float
+        Places no further from the border than this are beside it.
+
+    Returns
+    -------
+    CurveBesideBorder or None
+        None on a closed mesh.
+    """
     start, end = segments_of(curve.places, curve.is_closed)
     middles = (start + end) / 2
     points = np.empty((len(curve.places) + len(middles), 3))
     points[0::2], points[1::2] = curve.places, middles
-    border = nearest_on_border(vertices, faces, twins, points)
+    border = _nearest_on_border(vertices, faces, twins, points)
     if border is None:
         return None
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -130,16 +156,9 @@ def curve_beside_border(
     return CurveBesideBorder(curve, border, np.maximum(near, max(tolerance, np.finfo(float).tiny)))
 
 
-def _told(place: Floats) -> str:
+def _written(place: Floats) -> str:
     x, y, z = place.tolist()
     return f"({x:.6g}, {y:.6g}, {z:.6g})"
-
-
-# ----------------------------------------------------------------------
-# Curves beside the border of a mesh: which points lie on it, and the stretch of it that a curve runs along.
-
-_AT_VERTEX = 1e-3
-"""The end of a stretch is put on a vertex that is no further away than this part of the edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +189,8 @@ class BorderPlaces:
     edge_length: Floats
 
 
-def nearest_on_border(vertices: Floats, faces: Ints, twins: Ints, points: Floats) -> BorderPlaces | None:
-    """The nearest places on the border; None for a closed mesh.
+def _nearest_on_border(vertices: Floats, faces: Ints, twins: Ints, points: Floats) -> BorderPlaces | None:
+    """Find the nearest places of points on the border.
 
     Parameters
     ----------
@@ -179,6 +198,11 @@ def nearest_on_border(vertices: Floats, faces: Ints, twins: Ints, points: Floats
     faces : (F, 3) int64
     twins : (3F,) int64
     points : (n, 3) float64
+
+    Returns
+    -------
+    BorderPlaces or None
+        None for a closed mesh.
     """
     loops = border_loops(faces, twins)
     if not loops:
@@ -203,7 +227,7 @@ def nearest_on_border(vertices: Floats, faces: Ints, twins: Ints, points: Floats
 
 
 def stretch_of_border(mesh: GrowingMesh, places: BorderPlaces, is_closed: bool, fixed: Ints) -> tuple[Ints, bool]:
-    """The path along the border edges between the first and the last of some places, split there, surface on the left.
+    """Path along the border edges between the first and the last of some places, split there, surface on the left.
 
     Parameters
     ----------
@@ -219,7 +243,7 @@ def stretch_of_border(mesh: GrowingMesh, places: BorderPlaces, is_closed: bool, 
     -------
     path : (k,) int64
     is_closed : bool
-        Also where an open curve comes round the whole loop.
+        Also true where an open curve goes around the whole loop.
 
     Raises
     ------
@@ -247,9 +271,7 @@ def stretch_of_border(mesh: GrowingMesh, places: BorderPlaces, is_closed: bool, 
 
 
 def _touching() -> BadCurve:
-    return BadCurve(
-        "A curve along a border that touches another origin", remedy="Shorten one of both, or leave one away."
-    )
+    return BadCurve("A curve along a border that touches another origin", remedy="Shorten one of both, or omit one.")
 
 
 def _first_of_loop(mesh: GrowingMesh, places: BorderPlaces) -> int:

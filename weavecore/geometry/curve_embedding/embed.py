@@ -1,10 +1,15 @@
-"""Drawing a curve into a triangle mesh, so that it becomes a path along edges.
+"""Embedding a curve in a triangle mesh, so that it becomes a path of edges while the surface stays the same.
 
-The curve is thinned to points that tell its shape, and divided again to about the length of the edges below it.
-Where the mesh is too coarse for its bends the faces along it are halved first.  Then the points are put into
-the mesh one after the other, and from each to the next the path goes straight over the faces: in the plane through
-both points and the normal between them, splitting the edges that it crosses.  What comes near a vertex
-goes through it, so that no slivers are left; kinks and ends stay where they are.
+1.  `sampling`: the curve is simplified to the points that define its shape, and divided again to about the length of
+the edges
+   below it.
+2.  `local_refinement`: where the mesh is too coarse for its bends, faces along it are bisected. 3.  `along_border`:
+ends near a border are put on it; a curve along a border becomes a stretch of it. 4.  `path`: the points are put into
+the mesh (`growing_mesh`) one after the other, and joined by straight legs that split the
+   edges they cross.  What comes near a vertex goes through it, so that no slivers are left; kinks and ends stay in
+   place.
+
+Work: linear in the faces below the curve, apart from the search for these.
 """
 
 from __future__ import annotations
@@ -24,14 +29,14 @@ from weavecore.geometry.curve_embedding.sampling import CurveOnMesh, curve_on_me
 from weavecore.geometry.halfedges import check_manifold_vertices, find_twins
 
 _FINE, _ROUGH = (0.02, 2e-6), (0.1, 0.1)
-"""The shape of a curve is told to this part of the edges below it, and, where it comes back to itself, to that; or, if
-nothing comes of it, more roughly."""
+"""Of the edges below a curve: the accuracy of its shape, and the accuracy where it comes back to itself.  The rough
+pair is tried if the fine one fails: a line drawn with a trembling hand crosses itself at a fine scale."""
 
-_EDGE_PER_STEP = 2.5
-"""Faces along the curve have no edge longer than so many steps from one of its points to the next."""
+_MAX_EDGE_PER_STEP = 2.5
+"""Steps between two points of a curve that an edge below it may be long; more could not follow its bends."""
 
-_LEAST_EDGE = 1e-4  # of the edges below the curve: shorter ones are not made for its sake
-_MOST_DEVIATION = 0.3  # of the edges below the curve
+_MIN_EDGE = 1e-4  # of the edges below the curve: no shorter ones are made for its sake
+_MAX_DEVIATION = 0.3  # of the edges below the curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +67,7 @@ class Embedding:
 def embed_curve(
     vertices: Floats, faces: Ints, curve: Floats, *, tolerance: float = 0.0, fixed: Ints | None = None
 ) -> Embedding:
-    """Draw a curve that lies on or near a mesh into the mesh.
+    """Embed a curve that lies on or near a mesh.
 
     Parameters
     ----------
@@ -86,35 +91,36 @@ def embed_curve(
     Raises
     ------
     BadCurve
-        Where it lies too far off, crosses or touches itself, another path or a border, runs along a border in part,
-        or is too short.
+        If it lies too far off, crosses or touches itself, another path or a border, runs along a border in part, or is
+        too short.
     NonFinite, TooMuchWork
     """
     points = np.asarray(curve, np.float64)
     kept = np.zeros((0, 2), np.int64) if fixed is None else fixed
     try:
         return _embed(vertices, faces, points, tolerance, kept, *_FINE)
-    except BadCurve:  # A curve that trembles crosses itself where all of its points are taken.
+    except BadCurve:
         return _embed(vertices, faces, points, tolerance, kept, *_ROUGH)
 
 
 def _embed(
     vertices: Floats, faces: Ints, curve: Floats, tolerance: float, kept: Ints, slack: float, least: float
 ) -> Embedding:
-    drawn = curve_on_mesh(vertices, faces, curve, tolerance=tolerance, slack=slack, least=least)
+    """Embed a curve that is simplified to one accuracy; see `embed_curve`."""
+    sampled = curve_on_mesh(vertices, faces, curve, tolerance=tolerance, slack=slack, least=least)
     twins = find_twins(faces, len(vertices))
-    beside = curve_beside_border(vertices, faces, twins, drawn, tolerance)
+    beside = curve_beside_border(vertices, faces, twins, sampled, tolerance)
     if beside is None:
-        inner, on_border = drawn, np.zeros(len(drawn.places), bool)
+        inner, on_border = sampled, np.zeros(len(sampled.places), bool)
     elif beside.runs_along:
         mesh = GrowingMesh(vertices, faces, twins)
-        path, is_whole = stretch_of_border(mesh, beside.border, drawn.is_closed, kept)
-        return _checked(mesh, path, is_whole, drawn)
+        path, is_whole = stretch_of_border(mesh, beside.border, sampled.is_closed, kept)
+        return _checked(mesh, path, is_whole, sampled)
     else:
         beside.refuse_in_part()
         inner, on_border = beside.with_ends_on_border()
     mesh, path = _draw_across(vertices, faces, inner, on_border, kept)
-    return _checked(mesh, path, drawn.is_closed, drawn)
+    return _checked(mesh, path, sampled.is_closed, sampled)
 
 
 def _draw_across(
@@ -124,7 +130,7 @@ def _draw_across(
     start, end = segments_of(curve.places, curve.is_closed)
     step = np.linalg.norm(end - start, axis=1)
     wider = np.maximum(step, np.roll(step, 1)) if curve.is_closed else np.maximum(np.r_[step, 0], np.r_[0, step])
-    longest = np.maximum(_EDGE_PER_STEP * wider, _LEAST_EDGE * curve.edge)
+    longest = np.maximum(_MAX_EDGE_PER_STEP * wider, _MIN_EDGE * curve.edge)
     vertices, faces, twins, below = refine_along(vertices, faces, curve.places, curve.face, longest, fixed)
     mesh = GrowingMesh(vertices, faces, twins)
     path = PathDrawing(mesh, fixed).draw(
@@ -133,8 +139,8 @@ def _draw_across(
     return mesh, path
 
 
-def _checked(mesh: GrowingMesh, path: Ints, is_closed: bool, drawn: CurveOnMesh) -> Embedding:
-    """The mesh and the path, if all that is promised of them holds.
+def _checked(mesh: GrowingMesh, path: Ints, is_closed: bool, sampled: CurveOnMesh) -> Embedding:
+    """The mesh and the path, if they are valid.
 
     Raises
     ------
@@ -145,13 +151,13 @@ def _checked(mesh: GrowingMesh, path: Ints, is_closed: bool, drawn: CurveOnMesh)
     vertices, faces = mesh.vertices.copy(), mesh.faces.copy()
     check_manifold_vertices(faces, find_twins(faces, len(vertices)), len(vertices))
     if len(path) < (3 if is_closed else 2):
-        raise BadCurve("A curve that is lost between the vertices of the mesh", remedy="Give a longer one.")
-    deviation = _distance_from(drawn.places, vertices[path], is_closed)
-    back = _distance_from(vertices[path], drawn.places, drawn.is_closed)
+        raise BadCurve("A curve shorter than the edges of the mesh", remedy="Give a longer one.")
+    deviation = _distance_from(sampled.places, vertices[path], is_closed)
+    back = _distance_from(vertices[path], sampled.places, sampled.is_closed)
     most = float(max(deviation.max(), back.max()))
-    if (deviation > _MOST_DEVIATION * drawn.edge).any() or back.max() > drawn.edge.max():
+    if (deviation > _MAX_DEVIATION * sampled.edge).any() or back.max() > sampled.edge.max():
         raise BadCurve(
-            f"The curve is not found again on the mesh: the path along it strays by {most:.4g}",
+            f"The path on the mesh departs from the curve by {most:.4g}",
             remedy="Pull it onto the surface, or give a finer mesh.",
         )
     return Embedding(vertices, faces, path, is_closed, most)
@@ -161,6 +167,6 @@ def _distance_from(points: Floats, line: Floats, is_closed: bool) -> Floats:
     """Distance of points from a line through others."""
     start = np.arange(len(line) if is_closed else len(line) - 1)
     after = (start + 1) % len(line)
-    foot = closest_faces(points, line, np.stack([start, after, after], axis=1))[1]
-    distance: Floats = np.linalg.norm(points - foot, axis=1)
+    nearest = closest_faces(points, line, np.stack([start, after, after], axis=1))[1]
+    distance: Floats = np.linalg.norm(points - nearest, axis=1)
     return distance

@@ -1,8 +1,16 @@
-"""A triangle mesh that is split at single points, face by face and edge by edge.
+r"""A triangle mesh that grows by single splits, of edges and of faces, and that can take them back.
 
-Everything else in this package works on whole arrays; a path that is drawn over a mesh changes a few faces at a
-time and must see each change at once.  Arrays grow by doubling, so that a split takes the same time in
-a mesh of any size.
+The rest of this package works on whole arrays; a path that is drawn over a mesh changes a few faces at a time and must
+see each change at once.  Splits, with the new vertex m::
+
+            c                  c                      c                       c
+           / \                /|\                    / \                     /|\
+          /   \     ->       / | \                  /   \        ->         / m \
+         a-----b            a--m--b                a-----b                 a-----b
+          split_edge(a -> b), both faces             split_face: m joined to a, b and c
+
+Arrays grow by doubling, so that a split takes constant time in a mesh of any size.  Each array logs the values that are
+overwritten; `mark` and `undo` use the logs to restore an earlier state in time linear in what has changed since.
 """
 
 from __future__ import annotations
@@ -15,7 +23,51 @@ from numpy.typing import NDArray
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN
 
-_SPARE = 64
+_SPARE_ROWS = 64  # of an array at first, so that a small mesh need not double for its first splits
+
+Mark = tuple[tuple[int, int], ...]
+"""Length and number of logged values of each array of a mesh."""
+
+
+class _GrowingArray:
+    """An array to whose end rows are added, and that can return to an earlier state."""
+
+    def __init__(self, values: NDArray[Any]) -> None:
+        self._rows = np.empty((2 * len(values) + _SPARE_ROWS, *values.shape[1:]), values.dtype)
+        self._rows[: len(values)] = values
+        self._length = len(values)
+        self._log: list[tuple[int, Any]] = []
+
+    def __len__(self) -> int:
+        return self._length
+
+    def __getitem__(self, index: int) -> Any:
+        return self._rows[index]
+
+    def __setitem__(self, index: int, value: Any) -> None:
+        self._log.append((index, self._rows[index]))
+        self._rows[index] = value
+
+    def filled(self) -> NDArray[Any]:
+        """All rows, as a view."""
+        return self._rows[: self._length]
+
+    def add(self, *rows: Any) -> None:
+        if self._length + len(rows) > len(self._rows):
+            larger = np.empty((2 * len(self._rows), *self._rows.shape[1:]), self._rows.dtype)
+            larger[: self._length] = self.filled()
+            self._rows = larger
+        self._rows[self._length : self._length + len(rows)] = rows
+        self._length += len(rows)
+
+    def mark(self) -> tuple[int, int]:
+        return self._length, len(self._log)
+
+    def undo(self, mark: tuple[int, int]) -> None:
+        self._length, n_logged = mark
+        while len(self._log) > n_logged:
+            index, value = self._log.pop()
+            self._rows[index] = value
 
 
 class GrowingMesh:
@@ -30,26 +82,36 @@ class GrowingMesh:
     """
 
     def __init__(self, vertices: Floats, faces: Ints, twins: Ints) -> None:
-        self.n_vertices, self.n_faces = len(vertices), len(faces)
-        self._points, self._tail, self._twin = (_with_room(a) for a in (vertices, faces.ravel(), twins))
-        out = np.zeros(len(vertices), np.int64)
-        out[faces.ravel()] = np.arange(3 * len(faces))
-        self._out = _with_room(out)
-        self._owner = _with_room(np.arange(len(faces)))
+        outgoing = np.zeros(len(vertices), np.int64)
+        outgoing[faces.ravel()] = np.arange(3 * len(faces))
+        self._points, self._tail, self._twin = (_GrowingArray(a) for a in (vertices, faces.ravel(), twins))
+        self._outgoing = _GrowingArray(outgoing)
+        self._owner = _GrowingArray(np.arange(len(faces)))
+        self._arrays = (self._points, self._tail, self._twin, self._outgoing, self._owner)
         self._pieces: dict[int, list[int]] = {}
 
     @property
+    def n_vertices(self) -> int:
+        """How many vertices there are now."""
+        return len(self._points)
+
+    @property
+    def n_faces(self) -> int:
+        """How many faces there are now."""
+        return len(self._owner)
+
+    @property
     def vertices(self) -> Floats:
-        """All vertices as they are now."""
-        return self._points[: self.n_vertices]
+        """(V', 3) all vertices as they are now."""
+        return self._points.filled()
 
     @property
     def faces(self) -> Ints:
-        """All faces as they are now."""
-        return self._tail[: 3 * self.n_faces].reshape(-1, 3)
+        """(F', 3) all faces as they are now."""
+        return self._tail.filled().reshape(-1, 3)
 
     def point(self, vertex: int) -> Floats:
-        """Place of a vertex."""
+        """(3,) place of a vertex."""
         place: Floats = self._points[vertex]
         return place
 
@@ -76,23 +138,23 @@ class GrowingMesh:
         return halfedge + 2 if halfedge % 3 == 0 else halfedge - 1
 
     def border_halfedges(self) -> Ints:
-        """The halfedges without a twin."""
-        return np.flatnonzero(self._twin[: 3 * self.n_faces] == NO_TWIN)
+        """(b,) the halfedges without a twin."""
+        return np.flatnonzero(self._twin.filled() == NO_TWIN)
 
     def corners(self, face: int) -> tuple[int, int, int]:
         """Vertices of a face."""
-        a, b, c = self._tail[3 * face : 3 * face + 3].tolist()
-        return a, b, c
+        return self.tail(3 * face), self.tail(3 * face + 1), self.tail(3 * face + 2)
 
     def pieces(self, face: int) -> list[int]:
-        """The faces that one of the given faces has become."""
+        """The faces into which one of the original faces has been split."""
         return self._pieces.get(face, [face])
 
     def fan(self, vertex: int) -> list[int]:
-        """The halfedges that begin at a vertex, one for each of its faces; counter-clockwise, but for a start
-        inside an open fan.
+        """The halfedges that begin at a vertex, one for each of its faces.
+
+        Counter-clockwise; where the fan is open and the walk starts inside it, the rest follows clockwise.
         """
-        start = at = int(self._out[vertex])
+        start = at = int(self._outgoing[vertex])
         around = []
         while True:
             around.append(at)
@@ -108,8 +170,39 @@ class GrowingMesh:
             at = self.twin(at)
         return around
 
+    def mark(self) -> Mark:
+        """The present state, for `undo`."""
+        return tuple(array.mark() for array in self._arrays)
+
+    def undo(self, mark: Mark) -> None:
+        """Take back all splits since a mark, which must not itself have been taken back.
+
+        Parameters
+        ----------
+        mark : Mark
+            Of this mesh.
+        """
+        n_faces = mark[-1][0]
+        for owner in self._owner.filled()[n_faces:][::-1].tolist():
+            self._pieces[owner].pop()
+            if len(self._pieces[owner]) == 1:
+                del self._pieces[owner]
+        for array, at in zip(self._arrays, mark):
+            array.undo(at)
+
     def split_edge(self, halfedge: int, place: Floats) -> int:
-        """Put a vertex on an edge, and split the faces beside it; its number."""
+        """Put a vertex on an edge, and split the faces beside it.
+
+        Parameters
+        ----------
+        halfedge : int
+        place : (3,) float64
+
+        Returns
+        -------
+        int
+            The new vertex.
+        """
         a, b = self.tail(halfedge), self.tail(self.after(halfedge))
         across = self.twin(halfedge)
         middle = self._add_vertex(place)
@@ -120,16 +213,26 @@ class GrowingMesh:
             fourth = self._halve(across, middle)
             self._join(halfedge, fourth)
             self._join(second, across)
-            self._out[b] = across
-        self._out[a], self._out[middle] = halfedge, second
-        self._out[b] = self.after(second)
+            self._outgoing[b] = across
+        self._outgoing[a], self._outgoing[middle] = halfedge, second
+        self._outgoing[b] = self.after(second)
         return middle
 
     def split_face(self, face: int, place: Floats) -> int:
-        """Put a vertex inside a face, and split it in three; its number."""
+        """Put a vertex inside a face, and split it in three.
+
+        Parameters
+        ----------
+        face : int
+        place : (3,) float64
+
+        Returns
+        -------
+        int
+            The new vertex.
+        """
         first = 3 * face
-        _, b, c = self.corners(face)
-        a = self.tail(first)
+        a, b, c = self.corners(face)
         middle = self._add_vertex(place)
         outer = [self.twin(first + 1), self.twin(first + 2)]
         self._tail[first + 2] = middle
@@ -142,7 +245,7 @@ class GrowingMesh:
         self._join(two + 1, three + 2)
         self._join(three + 1, first + 2)
         for vertex, halfedge in ((a, first), (b, two), (c, three), (middle, first + 2)):
-            self._out[vertex] = halfedge
+            self._outgoing[vertex] = halfedge
         return middle
 
     def _halve(self, halfedge: int, middle: int) -> int:
@@ -155,36 +258,22 @@ class GrowingMesh:
         if beyond != NO_TWIN:
             self._twin[beyond] = new + 1
         self._join(after, new + 2)
-        self._out[c] = before
+        self._outgoing[c] = before
         return new
 
     def _join(self, one: int, other: int) -> None:
         self._twin[one], self._twin[other] = other, one
 
     def _add_vertex(self, place: Floats) -> int:
-        self._points = _with_room(self._points, self.n_vertices)
-        self._out = _with_room(self._out, self.n_vertices)
-        self._points[self.n_vertices] = place
-        self.n_vertices += 1
+        self._points.add(place)
+        self._outgoing.add(NO_TWIN)
         return self.n_vertices - 1
 
     def _add_face(self, beside: int, corners: tuple[int, int, int]) -> int:
-        """Add a piece of the same given face as ``beside``; its first halfedge."""
-        first = 3 * self.n_faces
-        self._tail, self._twin = _with_room(self._tail, first), _with_room(self._twin, first)
-        self._owner = _with_room(self._owner, self.n_faces)
-        self._tail[first : first + 3] = corners
+        """Add a piece of the same original face as ``beside``; its first halfedge."""
         owner = int(self._owner[beside])
-        self._owner[self.n_faces] = owner
+        self._tail.add(*corners)
+        self._twin.add(NO_TWIN, NO_TWIN, NO_TWIN)
         self._pieces.setdefault(owner, [owner]).append(self.n_faces)
-        self.n_faces += 1
-        return first
-
-
-def _with_room(array: NDArray[Any], filled: int | None = None) -> NDArray[Any]:
-    """The array with rows to spare, as it is where it has some."""
-    if filled is not None and filled + 3 <= len(array):
-        return array
-    larger = np.empty((2 * len(array) + _SPARE, *array.shape[1:]), array.dtype)
-    larger[: len(array)] = array
-    return larger
+        self._owner.add(owner)
+        return 3 * (self.n_faces - 1)

@@ -1,25 +1,30 @@
-"""Finer faces along a curve, where a mesh is too coarse for the curve's bends."""
+"""Local refinement: bisection of the faces along a curve, where a mesh is too coarse for its bends.
+
+The longest edge of a face is bisected first (Rivara 1984), and with it the longest edge of every face that it
+touches, so that no angle becomes much smaller.  Work: linear in the faces of the mesh for each round, and a round
+halves edges.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from weavecore.errors import TooMuchWork
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, ranges
 from weavecore.geometry.bisection import NOT_SPLIT, split_edges
 from weavecore.geometry.closest import nearest_on_triangles
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, halfedge_ends
 
-_MOST_FACES = 2_000_000
+_MAX_FACES = 2_000_000
+"""More faces than this are refused: a curve is embedded in seconds, not minutes."""
 
 
 def refine_along(
     vertices: Floats, faces: Ints, points: Floats, face: Ints, longest: Floats, fixed: Ints
 ) -> tuple[Floats, Ints, Ints, Ints]:
-    """Halve the edges of the faces that points lie on until they are short enough.
+    """Bisect the edges of the faces that points lie on until they are short enough.
 
-    The longest edge of a face is halved first (Rivara 1984), so that no angle becomes much smaller; a
-    border is halved with the others, and so keeps its shape.
+    A border is bisected with the others, and so keeps its shape.
 
     Parameters
     ----------
@@ -31,16 +36,22 @@ def refine_along(
     longest : (n,) float64
         Longest edge that this face may have.
     fixed : (m, 2) int64
-        Edges that may not be halved.
+        Edges that may not be bisected.
 
     Returns
     -------
-    vertices, faces, twins, face
-        The given vertices first; row ``f`` is face ``f`` or a part of it.
+    vertices : (V', 3) float64
+        The old ones first.
+    faces : (F', 3) int64
+        Row ``f`` is face ``f`` or a part of it.
+    twins : (3F',) int64
+    face : (n,) int64
+        The face that each point lies on now.
 
     Raises
     ------
     TooMuchWork
+        If there would be more than `_MAX_FACES` faces.
     """
     twins = find_twins(faces, len(vertices))
     while True:
@@ -61,7 +72,18 @@ def refine_along(
 
 
 def flags_of_edges(faces: Ints, edges: Ints) -> Bools:
-    """(3F,) which halfedges lie on edges (m, 2), in either direction."""
+    """Whether halfedges lie on given edges, in either direction.
+
+    Parameters
+    ----------
+    faces : (F, 3) int64
+    edges : (m, 2) int64
+        Pairs of vertices.
+
+    Returns
+    -------
+    (3F,) bool
+    """
     tail, head = halfedge_ends(faces)
     n = np.int64(max(faces.max(), edges.max(initial=0)) + 1)
     flags: Bools = np.isin(
@@ -96,12 +118,12 @@ def _middles(vertices: Floats, faces: Ints, twins: Ints, marked: Bools) -> tuple
 
 
 def _found_again(vertices: Floats, faces: Ints, part_of: Ints, points: Floats, face: Ints) -> Ints:
-    """The part of its face on which each point lies."""
+    """The part of its old face on which each point lies."""
     order = np.argsort(part_of, kind="stable")
     first = np.searchsorted(part_of[order], face)
     count = np.searchsorted(part_of[order], face, side="right") - first
     row = np.repeat(np.arange(len(face)), count)
-    part = order[np.repeat(first, count) + np.arange(len(row)) - offsets_of(count)[row]]
+    part = order[ranges(first, count)]
     gap = np.linalg.norm(nearest_on_triangles(points[row], vertices[faces[part]]) - points[row], axis=1)
     by_gap = np.lexsort((part, gap, row))
     found: Ints = part[by_gap][offsets_of(count)[:-1]]
@@ -109,8 +131,8 @@ def _found_again(vertices: Floats, faces: Ints, part_of: Ints, points: Floats, f
 
 
 def _check_count(n_faces: int) -> None:
-    if n_faces > _MOST_FACES:
+    if n_faces > _MAX_FACES:
         raise TooMuchWork(
-            f"Refining the mesh along the curve would make more than {_MOST_FACES:,} faces",
+            f"Refining the mesh along the curve would make more than {_MAX_FACES:,} faces",
             remedy="Give a smoother or a shorter curve.",
         )

@@ -1,4 +1,13 @@
-"""A curve as points on about the distance of the mesh's edges below it, kinks and ends among them."""
+"""Sampling of a curve on a mesh: simplified to the points that define its shape, then divided to about the edges
+below it.
+
+1.  The curve is cleaned of repeated points, and projected onto the mesh. 2.  It is simplified (Douglas and Peucker
+1973) to a part of the edges below it, and to a part of the distance at which it comes
+   back to itself, so that neighbouring stretches keep their order.
+3. Its segments are halved until they are no longer than the edges below them.  Kinks and ends are kept exactly.
+
+Work: that of the closest faces, and n log n for n points, apart from the worst case of the simplification (n²).
+"""
 
 from __future__ import annotations
 
@@ -12,17 +21,33 @@ from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.closest import FaceFinder
 
 _EXTENT = 0.1
-"""This part of its own extent counts as an edge where the edges below a curve are longer."""
+"""Of a curve's extent: counts as an edge where the edges below it are longer, so that a small curve on large faces
+keeps its shape."""
 
 _SLACK_OF_ROOM = 0.1
-"""And to this part of the distance to where it comes back to itself."""
+"""Of the distance to where a curve comes back to itself: the accuracy of its shape there, so that nothing crosses."""
 
-_MOST_ROUNDS = 4
-_KINK, _SHARP = np.radians(30), np.radians(120)
-_SHORTEST = 0.1  # of the least height of a face below it: a shorter curve is lost on the mesh
+_MAX_ROUNDS = 4  # of simplification: the room beside a curve changes with its points, but hardly after the second round
+_KINK = np.radians(30)  # from here a turn is a kink, which stays in place
+_SHARP = np.radians(120)  # from here a kink's own sides lie beside one another
+_SHORTEST = 0.1  # of the least height of a face below it: a shorter curve has no edge of its own
+
 _FAR_OF_EDGE, _FAR, _FAR_BETWEEN = 0.25, 0.02, 0.1
-"""The points of a curve may lie off the mesh by these parts of the edge there or of the mesh's size, whichever is
-more; the chords between them by this part of its size."""
+"""How far the points of a curve may lie off the mesh, as parts of the edge there or of the mesh's size (the greater
+counts), and how far the chords between them, as a part of its size: more is a wrong unit or another surface."""
+
+MAX_POINTS = 20_000
+"""A curve that needs more points than this to keep its shape is refused: it is embedded point by point."""
+
+_NEARLY_CLOSED = 1e-3
+"""Of a curve's length: a curve is closed if its ends are nearer to one another."""
+
+_MAX_DIVISIONS = 30
+_ROUNDING = 1e-12  # of the length of a curve
+_SAFE_FACTOR = 1e6  # coordinates so many times greater can be squared, so lengths of the curve do not overflow
+
+_NEIGHBOURS = 16
+"""Nearest points that are searched to find where a curve comes back to itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +85,8 @@ class CurveOnMesh:
         return CurveOnMesh(self.places[rows], self.face[rows], self.is_closed, *kept)
 
 
-class _Ground:
-    """The mesh below a curve."""
+class _MeshBelow:
+    """The mesh on which a curve lies."""
 
     def __init__(self, vertices: Floats, faces: Ints) -> None:
         self._finder = FaceFinder(vertices, faces)
@@ -73,7 +98,18 @@ class _Ground:
         self.size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
 
     def below(self, points: Floats) -> tuple[Ints, Floats, Floats]:
-        """Face below each point, place on it and distance from it."""
+        """Face below each point, place on it and distance from it.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+
+        Returns
+        -------
+        face : (n,) int64
+        place : (n, 3) float64
+        distance : (n,) float64
+        """
         face, place = self._finder.find(points)
         return face, place, np.linalg.norm(points - place, axis=1)
 
@@ -86,7 +122,7 @@ class _Ground:
 def curve_on_mesh(
     vertices: Floats, faces: Ints, curve: Floats, *, tolerance: float, slack: float, least: float
 ) -> CurveOnMesh:
-    """Points that tell the shape of a curve, on the mesh that it lies on or near.
+    """Sample a curve on the mesh that it lies on or near.
 
     Parameters
     ----------
@@ -95,47 +131,52 @@ def curve_on_mesh(
     curve : (n, 3) float64
         Points along it; a closed one comes back to its first.
     tolerance : float
+        In the unit of the vertices.
     slack : float
-        To which part of the edges below it the points are to tell its shape, or of a tenth of its extent.
+        Accuracy of its shape, as a part of the edges below it or of a tenth of its extent.
     least : float
         The same where it comes back to itself, however near.
+
+    Returns
+    -------
+    CurveOnMesh
 
     Raises
     ------
     BadCurve
-        Where it is too far off, or too short.
+        If it is too far off, or too short.
     NonFinite, TooMuchWork
     """
-    points, is_closed = clean_curve(curve, tolerance)
-    ground = _Ground(vertices, faces)
-    face, place, gap = ground.below(points)
-    side = ground.mean_side[face]
-    _refuse_far(points, gap, np.maximum(_FAR_OF_EDGE * side, max(tolerance, _FAR * ground.size)))
+    points, is_closed = _cleaned(curve, tolerance)
+    mesh = _MeshBelow(vertices, faces)
+    face, place, gap = mesh.below(points)
+    side = mesh.mean_side[face]
+    _refuse_far(points, gap, np.maximum(_FAR_OF_EDGE * side, max(tolerance, _FAR * mesh.size)))
     is_new = np.append(True, (place[1:] != place[:-1]).any(1))
     points, side, face = place[is_new], side[is_new], face[is_new]
     start, end = segments_of(points, is_closed)
     length = float(np.linalg.norm(end - start, axis=1).sum())
-    if length <= _SHORTEST * ground.height[face].min():
+    if length <= _SHORTEST * mesh.height[face].min():
         raise BadCurve(
-            f"A curve of the length {length:.4g} is lost on a mesh with edges of {side.min():.4g}",
+            f"A curve of the length {length:.4g} is too short for a mesh with edges of {side.min():.4g}",
             remedy="Give a longer one, or a finer mesh.",
         )
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     unit = np.minimum(side, _EXTENT * extent)
-    told, is_exact, room = _told_by_points(points, is_closed, slack * unit, least * unit, ground)
-    below, place, gap = ground.below(told)
-    _refuse_far(told, gap, np.full(len(told), max(tolerance, _FAR_BETWEEN * ground.size)))
-    return CurveOnMesh(place, below, is_closed, is_exact, room, ground.mean_side[below], ground.height[below])
+    line, is_exact, room = _shape_points(points, is_closed, slack * unit, least * unit, mesh)
+    below, place, gap = mesh.below(line)
+    _refuse_far(line, gap, np.full(len(line), max(tolerance, _FAR_BETWEEN * mesh.size)))
+    return CurveOnMesh(place, below, is_closed, is_exact, room, mesh.mean_side[below], mesh.height[below])
 
 
-def _told_by_points(
-    points: Floats, is_closed: bool, slack: Floats, least: Floats, ground: _Ground
+def _shape_points(
+    points: Floats, is_closed: bool, slack: Floats, least: Floats, mesh: _MeshBelow
 ) -> tuple[Floats, Bools, Floats]:
-    """Points that tell the shape of a curve, whether each must stay where it is, and the room beside it."""
-    for _ in range(_MOST_ROUNDS):
-        kept = thinned(points, is_closed, slack)
-        line, given = divided(points[kept], is_closed, ground.side_at)
-        room = room_beside(line, is_closed)
+    """Points that define the shape of a curve, whether each must stay in place, and the room beside it."""
+    for _ in range(_MAX_ROUNDS):
+        kept = _simplified(points, is_closed, slack)
+        line, given = _divided(points[kept], is_closed, mesh.side_at)
+        room = _room_beside(line, is_closed)
         rough = _SLACK_OF_ROOM * room
         # What a stretch has beside it bounds how far its own points may lie off what is left of it.
         owner = np.maximum.accumulate(np.where(given >= 0, given, 0))
@@ -147,9 +188,9 @@ def _told_by_points(
         if not (wanted < slack).any():
             break
         slack = np.minimum(slack, wanted)
-    is_given, turn = given >= 0, turns(points[kept], is_closed)
+    is_given, turn = given >= 0, _turns(points[kept], is_closed)
     is_exact = np.zeros(len(line), bool)
-    is_exact[is_given] = keep_ends(turn > _KINK, is_closed)
+    is_exact[is_given] = _with_ends(turn > _KINK, is_closed)
     room[np.flatnonzero(is_given)[turn > _SHARP]] = 0.0  # both sides come together there
     return line, is_exact, room
 
@@ -160,27 +201,11 @@ def _refuse_far(points: Floats, gap: Floats, most: Floats) -> None:
         x, y, z = points[worst].tolist()
         raise BadCurve(
             f"The curve lies up to {gap[worst]:.4g} off the surface, near ({x:.6g}, {y:.6g}, {z:.6g})",
-            remedy="Pull or project it onto the surface, or look at whether its unit is that of the surface.",
+            remedy="Pull or project it onto the surface, or check that both have the same unit.",
         )
 
 
-# ----------------------------------------------------------------------
-# Points along a curve in space: cleaned, thinned to what tells its shape, and divided again.
-
-MOST_POINTS = 20_000
-"""A curve that needs more points than this to keep its shape is refused."""
-
-_NEARLY_CLOSED = 1e-3
-"""A curve is closed whose ends are nearer to one another than this part of its length."""
-
-_MOST_DIVISIONS = 30
-_ROUNDING = 1e-12  # of the length of a curve
-_ROOM_TO_SQUARE = 1e6  # Lengths of curves with coordinates of which so many are squared do not overflow.
-_NEIGHBOURS = 16
-"""So many points are looked at about each to find where a curve comes back to itself."""
-
-
-def clean_curve(points: Floats, tolerance: float) -> tuple[Floats, bool]:
+def _cleaned(points: Floats, tolerance: float) -> tuple[Floats, bool]:
     """A curve without repeated points, and whether it is closed; the first point of a closed one is not repeated.
 
     Parameters
@@ -196,10 +221,11 @@ def clean_curve(points: Floats, tolerance: float) -> tuple[Floats, bool]:
     """
     if points.ndim != 2 or points.shape[1] != 3:
         raise BadCurve(
-            f"An array of the shape {points.shape} is no curve", remedy="Give its points as rows of x, y and z."
+            f"A curve must be an array of shape (n, 3) (got {points.shape})",
+            remedy="Give its points as rows of x, y and z.",
         )
     with np.errstate(over="ignore"):
-        bad = np.flatnonzero(~np.isfinite(np.square(_ROOM_TO_SQUARE * points)).all(1))
+        bad = np.flatnonzero(~np.isfinite(np.square(_SAFE_FACTOR * points)).all(1))
     if len(bad):
         raise NonFinite(
             f"A curve with coordinates that are not finite or far too large, first at point {bad[0]}",
@@ -217,18 +243,39 @@ def clean_curve(points: Floats, tolerance: float) -> tuple[Floats, bool]:
 
 
 def segments_of(points: Floats, is_closed: bool) -> tuple[Floats, Floats]:
-    """Start and end (m, 3) of every segment."""
+    """Start and end of every segment of a curve.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    is_closed : bool
+
+    Returns
+    -------
+    start, end : (m, 3) float64
+        n segments of a closed curve, n - 1 of an open one.
+    """
     return (points, np.roll(points, -1, axis=0)) if is_closed else (points[:-1], points[1:])
 
 
-def arc_lengths(points: Floats, is_closed: bool) -> Floats:
-    """Length (m+1,) along the curve at the start of each segment, and at the end of the last."""
+def _arc_lengths(points: Floats, is_closed: bool) -> Floats:
+    """Length along a curve at the start of each segment, and at the end of the last.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    is_closed : bool
+
+    Returns
+    -------
+    (m+1,) float64
+    """
     start, end = segments_of(points, is_closed)
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(end - start, axis=1))])
 
 
-def thinned(points: Floats, is_closed: bool, slack: Floats) -> Ints:
-    """The points that tell the shape of a curve (Douglas and Peucker 1973).
+def _simplified(points: Floats, is_closed: bool, slack: Floats) -> Ints:
+    """Simplify a curve to the points that define its shape (Douglas and Peucker 1973).
 
     Parameters
     ----------
@@ -240,7 +287,7 @@ def thinned(points: Floats, is_closed: bool, slack: Floats) -> Ints:
     Returns
     -------
     (k,) int64
-        Rising; the ends of an open curve are among them, and three at least of a closed one.
+        Rising; the ends of an open curve are among them, and at least three of a closed one.
 
     Raises
     ------
@@ -274,7 +321,7 @@ def thinned(points: Floats, is_closed: bool, slack: Floats) -> Ints:
 
 
 def _apart(points: Floats, kept: Ints, slack: Floats, is_closed: bool) -> Ints:
-    """The kept points without those as near to the one before as their slack: hairpins of a line that trembles."""
+    """The kept points without those as near to the one before as their slack: hairpins of a trembling line."""
     last = int(kept[0]) if is_closed else int(kept[-1])
     apart = [int(kept[0])]
     for k in kept[1:].tolist():
@@ -284,7 +331,7 @@ def _apart(points: Floats, kept: Ints, slack: Floats, is_closed: bool) -> Ints:
     return np.array(apart, np.int64) if len(apart) > 2 else kept
 
 
-def divided(points: Floats, is_closed: bool, longest: Callable[[Floats], Floats]) -> tuple[Floats, Ints]:
+def _divided(points: Floats, is_closed: bool, longest: Callable[[Floats], Floats]) -> tuple[Floats, Ints]:
     """Halve the segments of a curve until each is short enough.
 
     Parameters
@@ -306,7 +353,7 @@ def divided(points: Floats, is_closed: bool, longest: Callable[[Floats], Floats]
     """
     given = np.arange(len(points))
     active = np.ones(len(points) if is_closed else len(points) - 1, bool)
-    for _ in range(_MOST_DIVISIONS):
+    for _ in range(_MAX_DIVISIONS):
         start, end = segments_of(points, is_closed)
         rows = np.flatnonzero(active)
         middle = (start[rows] + end[rows]) / 2
@@ -325,8 +372,19 @@ def divided(points: Floats, is_closed: bool, longest: Callable[[Floats], Floats]
     return points, given
 
 
-def turns(points: Floats, is_closed: bool) -> Floats:
-    """Angle (n,) by which a curve turns at each of its points; 0 at the ends of an open one."""
+def _turns(points: Floats, is_closed: bool) -> Floats:
+    """Angle by which a curve turns at each of its points.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    is_closed : bool
+
+    Returns
+    -------
+    (n,) float64
+        In radians; 0 at the ends of an open curve.
+    """
     start, end = segments_of(points, is_closed)
     along = end - start
     before = np.roll(along, 1, axis=0) if is_closed else along[:-1]
@@ -337,7 +395,18 @@ def turns(points: Floats, is_closed: bool) -> Floats:
 
 
 def distance_from_segments(points: Floats, start: Floats, end: Floats) -> Floats:
-    """Distance of points (n, 3) from segments, one for each point or one for all."""
+    """Distance of points from segments.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    start, end : (n, 3) or (1, 3) float64
+        One segment for each point, or one for all.
+
+    Returns
+    -------
+    (n,) float64
+    """
     along = end - start
     square = (along * along).sum(1)
     part = np.divide(((points - start) * along).sum(1), square, out=np.zeros(len(points)), where=square > 0)
@@ -345,15 +414,25 @@ def distance_from_segments(points: Floats, start: Floats, end: Floats) -> Floats
     return distance
 
 
-def room_beside(points: Floats, is_closed: bool) -> Floats:
-    """Distance of each point from the nearest other stretch of the curve, as far as there are any near; else infinite.
+def _room_beside(points: Floats, is_closed: bool) -> Floats:
+    """Distance of each point from the nearest other stretch of the curve.
 
-    Another stretch is what is three times as far away along the curve as through space.
+    Another stretch is one that is three times as far away along the curve as through space.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    is_closed : bool
+
+    Returns
+    -------
+    (n,) float64
+        Infinite where none of the nearest points belongs to another stretch.
     """
     from scipy.spatial import cKDTree
 
     n = len(points)
-    along = arc_lengths(points, is_closed)
+    along = _arc_lengths(points, is_closed)
     start, end = segments_of(points, is_closed)
     near = cKDTree(points).query(points, k=min(_NEIGHBOURS, n))[1].reshape(n, -1)
     room = np.full(n, np.inf)
@@ -372,15 +451,25 @@ def room_beside(points: Floats, is_closed: bool) -> Floats:
 
 
 def _check_count(n: int) -> None:
-    if n > MOST_POINTS:
+    if n > MAX_POINTS:
         raise TooMuchWork(
-            f"The curve bends so often that more than {MOST_POINTS:,} points would be needed",
+            f"The curve bends so often that more than {MAX_POINTS:,} points would be needed",
             remedy="Give a smoother or a shorter curve.",
         )
 
 
-def keep_ends(flags: Bools, is_closed: bool) -> Bools:
-    """Flags of points, with those of both ends of an open curve set."""
+def _with_ends(flags: Bools, is_closed: bool) -> Bools:
+    """Flags of points, with those of both ends of an open curve set.
+
+    Parameters
+    ----------
+    flags : (n,) bool
+    is_closed : bool
+
+    Returns
+    -------
+    (n,) bool
+    """
     flags = flags.copy()
     if not is_closed:
         flags[[0, -1]] = True

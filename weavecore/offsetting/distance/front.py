@@ -1,142 +1,229 @@
-"""Keeping the front whole: rays that drift apart get new ones between them, crowded ones go.
+"""Keeping the front whole: new rays where neighbours drift apart, fewer where they crowd.
 
-All rays are looked at when they have come as far as one distance.  Two linked rays that
-spread tell the curvature of the front between them; a new ray starts from beside one of
-them, at right angles to that front.  Where the front lags behind all the same, it is taken up
-again from the vertices that it has reached.
+All rays are compared at one distance (`FrontSnapshot`).  For two neighbours with gap g and a front of curvature k
+between them, g' = k g along the way, and on flat faces k' = −k²; so how the gap has grown gives k, and k gives
+distance and direction of a new ray beside an old one::
+
+                      new ray                            k > 0: the front is convex
+           old ray   ↗           direction of the front's normal at the offset o:
+              ↑     /            turned by atan(k o), and the front falls behind by
+              |    /             (√(1 + k²o²) − 1) / k  = k o² / (1 + √(1 + k²o²))
+        ------*---*------ tangent
+              |<o>|
+
+Where the front has left a face behind all the same, the ray starts again from the vertices that it has reached
+(`UnsweptFaces`).  The distances are in median edge lengths throughout.
+
+Work: linear in the rays, for each comparison.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, sorted_unique
+from weavecore.geometry.arrays import Bools, Floats, Ints, ranges, sorted_unique
 from weavecore.geometry.geodesics import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.offsetting.distance.ray_seeds import ray_spacing
-from weavecore.offsetting.distance.rays import Rays, Records, advance, offer_start
+from weavecore.offsetting.distance.rays import GeodesicRays, TentativeDistances, advance, offer_at_start
 
-WIDEST = 1.0
-WIDE_GAP = 1.5  # ray spacings from which on a gap is filled
-LOST_GAP = 8.0  # ray spacings from which on two rays are not of one front
-LOOK_BACK = 1.5  # mean edge lengths behind a new ray at which its distance is checked
-MOST_GAIN = 0.1  # mean edge lengths that a new ray may be ahead of what lies behind it
-ROUND_GAIN = 0.25  # the same for each unit of curvature times mean edge length: round fronts interpolate too high
-STEEPEST = 0.95  # cosine to the edge of the flattest direction in which a lagging front goes on
-_ROUNDS = 4
+MAX_NEARBY_LENGTH = 1.0
+"""Mean edge lengths above this (in medians) do not widen the spacing of rays: finer faces may lie ahead."""
+
+WIDE_GAP = 1.5
+"""Ray spacings from which a gap is filled: two of the resulting gaps are at least 0.75 wide."""
+
+LOST_GAP = 8.0
+"""Ray spacings from which two linked rays no longer belong to one front."""
+
+LOOK_BACK = 1.5
+"""Mean edge lengths behind a new ray at which its distance is compared: beyond the face that it starts in."""
+
+MAX_LEAD = 0.1
+"""Mean edge lengths that a new ray may be ahead of what lies behind it: linear interpolation on smooth fronts errs
+less."""
+
+MAX_FLATNESS = 0.95
+"""Cosine to the edge of the flattest direction in which a front that was left behind goes on."""
+
+_MAX_ROUNDS = 4  # each at least halves a gap, and gaps are filled every stride
+_MIN_SINE = 1e-6  # of a new ray to the edge that it starts on
 
 
-class Look:
-    """The rays' places at one distance: points and directions (n, 3), gap to the next (n,), spacing wanted (n,)."""
+class FrontSnapshot:
+    """Rays where they had the same distance.
 
-    def __init__(self, frames: Unfolding, rays: Rays, distance: float) -> None:
-        self.linked = rays.after >= 0
-        self.next = np.where(self.linked, rays.after, 0)
-        self.directions = frames.directions(rays.halfedge, rays.ux, rays.uy)
-        back = (rays.distance - distance)[:, None] * self.directions
-        self.points = frames.points(rays.halfedge, rays.px) - back
+    Parameters
+    ----------
+    frames : Unfolding
+    rays : GeodesicRays
+        None of them stopped.
+    distance : float
+
+    Attributes
+    ----------
+    linked : (n,) bool
+        Whether a ray has a next one.
+    next : (n,) int64
+        That one; 0 where there is none.
+    points, directions : (n, 3) float64
+    aside : (n, 3) float64
+        From each point to the next one.
+    gap : (n,) float64
+        Its length, -1 where there is no next one.
+    spacing : (n,) float64
+        Gap that is aimed at.
+    """
+
+    def __init__(self, frames: Unfolding, rays: GeodesicRays, distance: float) -> None:
+        state, after = rays.state, rays.links.after
+        self.linked = after >= 0
+        self.next = np.where(self.linked, after, 0)
+        self.directions = frames.directions(state.halfedge, state.ux, state.uy)
+        back = (state.distance - distance)[:, None] * self.directions
+        self.points = frames.points(state.halfedge, state.px) - back
         self.aside = self.points[self.next] - self.points
         self.gap = np.where(self.linked, np.sqrt(np.einsum("ij,ij->i", self.aside, self.aside)), -1.0)
-        ends = frames.tail[rays.halfedge], frames.head[rays.halfedge]
+        ends = frames.tail[state.halfedge], frames.head[state.halfedge]
         self.spacing = ray_spacing(frames) * np.minimum(
-            np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]]), WIDEST
+            np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]]), MAX_NEARBY_LENGTH
         )
 
 
-def measure_growth(rays: Rays, look: Look, advance_made: float) -> None:
-    """Learn the front's curvature between neighbours from how their gap has grown.
+def measure_growth(rays: GeodesicRays, snapshot: FrontSnapshot, travelled: float) -> None:
+    """Estimate the front's curvature between neighbours, in place: from g' = k g, or from the angle between the rays.
 
-    The gap g obeys g' = k g and the curvature k' = -k^2 on flat faces; where the gap was not known
-    before, the angle between the two rays serves.
+    Parameters
+    ----------
+    rays : GeodesicRays
+    snapshot : FrontSnapshot
+        Of these rays.
+    travelled : float
+        Distance since the gaps were measured last.
     """
-    known = (look.gap > 0) & (rays.gap > 0)
-    gap = np.maximum(look.gap, np.finfo(float).tiny)
-    mean = 2 * (gap - rays.gap) / ((gap + np.maximum(rays.gap, 0)) * advance_made)
-    grown = mean / np.maximum(1 + mean * advance_made / 2, 1e-3)
-    turned = look.directions[look.next] - look.directions
-    spread = np.maximum(np.einsum("ij,ij->i", turned, look.aside) / (gap * gap), 0)
-    rays.growth = np.clip(np.where(known, grown, np.where(look.linked, spread, 0.0)), -1.0, 1.0)
-    rays.gap = look.gap.copy()
+    links = rays.links
+    known = (snapshot.gap > 0) & (links.gap > 0)
+    gap = np.maximum(snapshot.gap, np.finfo(float).tiny)
+    # The mean of k over the way; k' = −k² takes it on to its end.
+    mean = 2 * (gap - links.gap) / ((gap + np.maximum(links.gap, 0)) * travelled)
+    grown = mean / np.maximum(1 + mean * travelled / 2, 1e-3)
+    turned = snapshot.directions[snapshot.next] - snapshot.directions
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # no gap to the next ray: not used
+        spread = np.maximum(np.einsum("ij,ij->i", turned, snapshot.aside) / (gap * gap), 0)
+    links.growth = np.clip(np.where(known, grown, np.where(snapshot.linked, spread, 0.0)), -1.0, 1.0)
+    links.gap = snapshot.gap.copy()
 
 
-def thin(rays: Rays, look: Look) -> Rays:
-    """Drop every other one of rays that crowd: those of lesser grade, of which no two are neighbours."""
-    before, grade_before = np.full(len(rays), np.inf), np.zeros(len(rays), np.int64)
-    onward = look.next[look.linked]
-    before[onward], grade_before[onward] = look.gap[look.linked], rays.grade[look.linked]
-    least = (rays.grade <= grade_before) & (rays.grade <= rays.grade[look.next])
-    crowded = look.linked & (look.gap + before < look.spacing) & least
-    crowded &= ~(crowded[look.next] & look.linked)
+def thin(rays: GeodesicRays, snapshot: FrontSnapshot) -> GeodesicRays:
+    """Remove crowded rays of least priority, of which no two are neighbours.
+
+    Parameters
+    ----------
+    rays : GeodesicRays
+    snapshot : FrontSnapshot
+        Of these rays.
+
+    Returns
+    -------
+    GeodesicRays
+        What is left; a removed ray had both neighbours within one spacing.
+    """
+    priority = rays.links.priority
+    before, priority_before = np.full(len(rays), np.inf), np.zeros(len(rays), np.int64)
+    onward = snapshot.next[snapshot.linked]
+    before[onward], priority_before[onward] = snapshot.gap[snapshot.linked], priority[snapshot.linked]
+    least = (priority <= priority_before) & (priority <= priority[snapshot.next])
+    crowded = snapshot.linked & (snapshot.gap + before < snapshot.spacing) & least
+    crowded &= ~(crowded[snapshot.next] & snapshot.linked)
     return rays.without(crowded) if crowded.any() else rays
 
 
-def fill_gaps(frames: Unfolding, records: Records, rays: Rays, distance: float) -> Rays:
-    """Start rays in the gaps that have become too wide, and bring them up to the others."""
-    for _ in range(_ROUNDS):
-        look = Look(frames, rays, distance)
-        wide = np.flatnonzero(look.linked & (look.gap > WIDE_GAP * look.spacing) & (look.gap < LOST_GAP * look.spacing))
+def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, distance: float) -> GeodesicRays:
+    """Start rays in gaps that have become too wide, and bring them up to the others.
+
+    Parameters
+    ----------
+    frames : Unfolding
+    tentative : TentativeDistances
+    rays : GeodesicRays
+    distance : float
+        To which all have come.
+
+    Returns
+    -------
+    GeodesicRays
+    """
+    for _ in range(_MAX_ROUNDS):
+        snapshot = FrontSnapshot(frames, rays, distance)
+        gap, spacing = snapshot.gap, snapshot.spacing
+        wide = np.flatnonzero(snapshot.linked & (gap > WIDE_GAP * spacing) & (gap < LOST_GAP * spacing))
         if len(wide) == 0:
             break
-        offset = np.minimum(look.gap[wide] / 2, look.spacing[wide])
-        new, started = _rays_beside(frames, records, rays, wide, look.aside[wide], offset)
+        offset = np.minimum(gap[wide] / 2, spacing[wide])
+        new, started = _rays_beside(frames, tentative, rays, wide, snapshot.aside[wide], offset)
         if len(new) == 0:
             break
         wide, offset = wide[started], offset[started]
-        new.after, new.gap, new.growth = rays.after[wide], look.gap[wide] - offset, rays.growth[wide]
-        number = len(rays)
-        rays.after[wide], rays.gap[wide] = number + np.arange(len(new)), offset
+        links, number = rays.links, len(rays)
+        new.links.after, new.links.growth = links.after[wide], links.growth[wide]
+        new.links.gap = gap[wide] - offset
+        links.after[wide], links.gap[wide] = number + np.arange(len(new)), offset
         rays = rays.joined(new)
-        offer_start(frames, records, new)
-        advance(frames, records, rays, distance, first=number)
-        rays = rays.without(np.isinf(rays.distance))
+        offer_at_start(frames, tentative, new)
+        advance(frames, tentative, rays, distance, first=number)
+        rays = rays.without(rays.stopped())
     return rays
 
 
 def _rays_beside(
-    frames: Unfolding, records: Records, rays: Rays, index: Ints, aside: Floats, offset: Floats
-) -> tuple[Rays, Bools]:
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, index: Ints, aside: Floats, offset: Floats
+) -> tuple[GeodesicRays, Bools]:
     """New rays at an offset to the side of others, and which of them could be started."""
-    h, ux, uy = rays.halfedge[index], rays.ux[index], rays.uy[index]
+    state = rays.state.take(index)
+    h, ux, uy = state.halfedge, state.ux, state.uy
     to_left = np.einsum("ij,ij->i", aside, frames.directions(h, -uy, ux))
     side = np.where(to_left >= 0, 1.0, -1.0)
-    at, x, y, wx, wy, arrived = walk_straight(frames, h, rays.px[index], -uy * side, ux * side, offset)
-    bend = np.clip(rays.growth[index], 0, 0.9 / offset) * offset
+    at, x, y, wx, wy, arrived = walk_straight(frames, h, state.px, -uy * side, ux * side, offset)
+    bend = np.clip(rays.links.growth[index], 0, 0.9 / offset) * offset
     stretch = np.sqrt(1 + bend * bend)
     forward_x, forward_y = wy * side, -wx * side
     turn = side * bend / stretch
     vx, vy = forward_x / stretch - forward_y * turn, forward_y / stretch + forward_x * turn
     entry, along, vx, vy, back = back_to_edge(frames, at, x, y, vx, vy)
-    distance = rays.distance[index] + bend * offset / (1 + stretch) - back
+    distance = state.distance + bend * offset / (1 + stretch) - back
     curvature = bend / (offset * stretch)
     curvature = curvature / np.maximum(1 - curvature * back, 1e-3)
-    distance, sound = _check_behind(frames, records, entry, along, vx, vy, distance, curvature)
-    started = arrived & sound & (vy > 1e-6)
-    new = Rays.starting(entry, along, vx, vy, distance, curvature, offset / 2).take(np.flatnonzero(started))
+    distance, sound = _not_ahead_of_what_lies_behind(frames, tentative, entry, along, vx, vy, distance)
+    started = arrived & sound & (vy > _MIN_SINE)
+    new = GeodesicRays.starting(entry, along, vx, vy, distance, curvature, offset / 2).take(np.flatnonzero(started))
     return new, started
 
 
-def _check_behind(
+def _not_ahead_of_what_lies_behind(
     frames: Unfolding,
-    records: Records,
+    tentative: TentativeDistances,
     halfedge: Ints,
     along: Floats,
     ux: Floats,
     uy: Floats,
     distance: Floats,
-    curvature: Floats,
 ) -> tuple[Floats, Bools]:
-    """Raise distances that are less than what lies behind and the way from there allow."""
+    """Raise distances below what lies behind and the way from there allow; and where that is known."""
     nearby = frames.mean_length[frames.tail[halfedge]]
     far = LOOK_BACK * nearby
     at, x, y, _, _, arrived = walk_straight(frames, halfedge, along, -ux, -uy, far)
-    behind = records.along(at, barycentric_at(frames, at, x, y))
+    behind = tentative.interpolated(at, barycentric_at(frames, at, x, y))
     sound = arrived & np.isfinite(behind)
     least = np.where(sound, behind, 0.0) + far
-    too_low = sound & (least - distance > nearby * (MOST_GAIN + ROUND_GAIN * curvature * nearby))
-    return np.where(too_low, least, distance), sound
+    return np.where(sound & (least - distance > MAX_LEAD * nearby), least, distance), sound
 
 
-class Lag:
-    """Faces that the front should have crossed: watched from when it reaches a corner of them."""
+class UnsweptFaces:
+    """Queue of faces with a reached and an unreached corner, from which the front may have to start again.
+
+    Parameters
+    ----------
+    frames : Unfolding
+    """
 
     def __init__(self, frames: Unfolding) -> None:
         corners = frames.faces.ravel()
@@ -144,31 +231,43 @@ class Lag:
         self._offsets = np.searchsorted(corners[self._corner], np.arange(len(frames.vertices) + 1))
         self._waiting = np.zeros(0, np.int64)
 
-    def _faces_at(self, vertex: Ints) -> Ints:
-        count = self._offsets[vertex + 1] - self._offsets[vertex]
-        shift = np.repeat(self._offsets[vertex] - (np.cumsum(count) - count), count)
-        faces: Ints = self._corner[shift + np.arange(count.sum())] // 3
-        return faces
-
     @property
-    def is_over(self) -> bool:
+    def is_empty(self) -> bool:
         """Whether no face waits for a corner to be reached."""
         return len(self._waiting) == 0
 
-    def take_up(self, frames: Unfolding, records: Records, distance: float) -> Rays:
-        """Rays that go on from the edges beyond which a corner should have been reached."""
-        seen = sorted_unique(np.concatenate([self._waiting, self._faces_at(records.newly_reached())]))
-        missing = np.isinf(records.distance[frames.faces[seen]])
+    def rays_into(self, frames: Unfolding, tentative: TentativeDistances, distance: float) -> GeodesicRays:
+        """Rays from edges with both ends reached, into faces whose third corner should have been reached.
+
+        Parameters
+        ----------
+        frames : Unfolding
+        tentative : TentativeDistances
+        distance : float
+            To which the front has come.
+
+        Returns
+        -------
+        GeodesicRays
+            One from the middle of each edge, at right angles to the front that is linear between its ends.
+        """
+        seen = sorted_unique(np.concatenate([self._waiting, self._faces_at(tentative.newly_reached())]))
+        missing = np.isinf(tentative.distance[frames.faces[seen]])
         n_missing = missing.sum(1)
         self._waiting = seen[n_missing > 0]
         one = n_missing == 1
         edge = 3 * seen[one] + (np.argmax(missing[one], axis=1) + 1) % 3
-        start, end = records.distance[frames.tail[edge]], records.distance[frames.head[edge]]
+        start, end = tentative.distance[frames.tail[edge]], tentative.distance[frames.head[edge]]
         length = frames.length[edge]
         latest = np.minimum(start + frames.length[frames.previous[edge]], end + frames.length[frames.next[edge]])
         late = latest < distance
         edge, start, end, length = edge[late], start[late], end[late], length[late]
-        cosine = np.clip((end - start) / length, -STEEPEST, STEEPEST)
+        cosine = np.clip((end - start) / length, -MAX_FLATNESS, MAX_FLATNESS)
         middle = np.minimum((start + end) / 2, np.minimum(start, end) + length / 2)
         flat = np.zeros(len(edge))
-        return Rays.starting(edge, length / 2, cosine, np.sqrt(1 - cosine * cosine), middle, flat, length / 2)
+        return GeodesicRays.starting(edge, length / 2, cosine, np.sqrt(1 - cosine * cosine), middle, flat, length / 2)
+
+    def _faces_at(self, vertex: Ints) -> Ints:
+        start = self._offsets[vertex]
+        faces: Ints = self._corner[ranges(start, self._offsets[vertex + 1] - start)] // 3
+        return faces

@@ -1,135 +1,199 @@
-"""Where rays start: strips beside the borders' edges, and fans at their turns.
+r"""Where rays start: at right angles to the boundary halfedges, and in fans at the corners that open the front.
 
-The borders run with the surface on their left, so the offset direction is n x t (Yan et al.
-2016, §4.1).  Where a border turns away from the surface the front opens: a fan of rays fills the
-wedge between the strips of the two edges.
+Boundary halfedges run with the surface on their left, so the offset direction is n × t (Yan et al. 2016, §4.1).
+With Θ the angle of the surface at a corner between two of them, a corner of Θ ≤ π has no gap between the strips of rays
+of its two edges; else the front is an arc of the angle Θ − π about the corner, and a fan of rays fills it::
+
+        | | | | \  |  /              strip, fan of Θ − π, strip
+        | | | |   \|/ __ __
+        --------->--*  __ __          Θ > π: the surface lies above and to the right
+                    |  __ __
+                    v
+
+Work: linear in the boundary halfedges and the rays, with log2 rounds of pointer doubling for their numbers.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Floats, Ints, offsets_of, ranks_in_rows, rows_of
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.offsetting.distance.rays import Rays
+from weavecore.offsetting.distance.rays import GeodesicRays
 
-SMOOTH, ROUGH = (0.002, 0.5), (0.006, 0.35)  # roughness, and the ray spacing there in mean edge lengths nearby
-LONG_WALL = 2.0  # of that length, or of the median: such an edge of a wall is longer than the mesh behind it is fine
-MOST_EDGES = 1000  # edges of median length along one edge of a wall that rays are seeded for
-LEAST_WEDGE = 0.02  # radians; a smaller one is left to the strips beside it
-FAN_ANGLE = 0.1  # radians between the rays of a fan
-_OFF_THE_CORNER = 1e-9  # of the edge: rays from a vertex start this far along an edge
+SMOOTH, ROUGH = (0.002, 0.5), (0.006, 0.35)
+"""Roughness of the surface (`Unfolding.roughness`), and the spacing of rays there in mean edge lengths nearby: on rough
+surfaces rays see less, so they run closer together."""
+
+LONG_EDGE = 2.0
+"""In mean edge lengths nearby, or medians: a longer boundary edge is longer than the mesh behind it is fine."""
+
+MAX_SEEDED_EDGES = 1000
+"""Edges of median length along one boundary edge that rays are seeded for; bounds the rays of a very long edge."""
+
+MIN_WEDGE = 0.02
+"""Radians of a fan; a smaller wedge is left to the strips beside it."""
+
+FAN_ANGLE = 0.1
+"""Radians between the rays of a fan: half an edge apart five edges from the corner, where gaps are filled anyway."""
+
+_OFF_CORNER = 1e-9  # of the edge: rays from a vertex start this far along it, so that they have an entry edge
+_COUNT_SLACK = 0.999  # an edge of just a whole number of ray spacings gets that number, whatever the last bit says
+_OVERLAP = 0.50005  # of the width between rays: pieces of the front overlap by a trifle, so that none is missed
 
 
 def ray_spacing(frames: Unfolding) -> float:
-    """How far apart rays are kept, in mean edge lengths nearby: on rough surfaces nearer than on smooth ones."""
+    """Distance kept between rays, in mean edge lengths nearby.
+
+    Parameters
+    ----------
+    frames : Unfolding
+
+    Returns
+    -------
+    float
+        Between those of `SMOOTH` and `ROUGH`, by the roughness.
+    """
     at, spacing = zip(SMOOTH, ROUGH)
     return float(np.interp(frames.roughness, np.array(at), np.array(spacing)))
 
 
-def seed_rays(frames: Unfolding) -> Rays:
-    """Rays from all walls, linked to their neighbours along them."""
-    wall = np.flatnonzero(frames.twin == NO_TWIN)
-    corners = Corners(frames, wall)
-    rays, first, last = _strips(frames, wall, corners.before)
-    rays.after[last[corners.before]] = first
-    wide = np.flatnonzero(corners.total > np.pi + LEAST_WEDGE)
+def seed_rays(frames: Unfolding) -> GeodesicRays:
+    """Rays from all boundary halfedges, linked to their neighbours along the boundary.
+
+    Parameters
+    ----------
+    frames : Unfolding
+
+    Returns
+    -------
+    GeodesicRays
+        At distance 0; strips first, then fans.
+    """
+    boundary = np.flatnonzero(frames.twin == NO_TWIN)
+    corners = Corners(frames, boundary)
+    rays, first, last = _strips(frames, boundary, corners.before)
+    rays.links.after[last[corners.before]] = first
+    wide = np.flatnonzero(corners.total > np.pi + MIN_WEDGE)
     if len(wide) == 0:
         return rays
-    fans, begin, end = _fans(frames, wall[wide], corners.total[wide])
-    fans.after = len(rays) + 1 + np.arange(len(fans))
-    fans.after[end] = first[wide]
-    rays.after[last[corners.before[wide]]] = len(rays) + begin
+    fans, begin, end = _fans(frames, boundary[wide], corners.total[wide])
+    fans.links.after = len(rays) + 1 + np.arange(len(fans))
+    fans.links.after[end] = first[wide]
+    rays.links.after[last[corners.before[wide]]] = len(rays) + begin
     return rays.joined(fans)
 
 
 class Corners:
-    """The faces between two walls at the tail of each wall halfedge.
+    """Faces between two boundary halfedges, at the tail of each one.
 
     Attributes
     ----------
-    total : (W,) their angle
-    before : (W,) number of the wall halfedge that ends there, along the same side of the wall
+    total : (B,) their angle
+    before : (B,) number of the boundary halfedge that ends there, along the same side
     """
 
-    def __init__(self, frames: Unfolding, wall: Ints) -> None:
-        self.total = np.zeros(len(wall))
+    def __init__(self, frames: Unfolding, boundary: Ints) -> None:
+        self.total = np.zeros(len(boundary))
         number = np.full(len(frames.twin), -1)
-        number[wall] = np.arange(len(wall))
-        incoming = np.zeros(len(wall), np.int64)
-        at, open_ = wall, np.arange(len(wall))
-        while len(open_):
-            self.total[open_] += frames.angle[at]
-            incoming[open_] = frames.previous[at]
+        number[boundary] = np.arange(len(boundary))
+        incoming = np.zeros(len(boundary), np.int64)
+        at, turning = boundary, np.arange(len(boundary))
+        while len(turning):
+            self.total[turning] += frames.angle[at]
+            incoming[turning] = frames.previous[at]
             at = frames.twin[frames.previous[at]]
-            open_, at = open_[at != NO_TWIN], at[at != NO_TWIN]
+            turning, at = turning[at != NO_TWIN], at[at != NO_TWIN]
         self.before = number[incoming]
 
 
-def _strips(frames: Unfolding, wall: Ints, before: Ints) -> tuple[Rays, Ints, Ints]:
-    """Rays at right angles to the wall halfedges, graded around their loops, and the first and last of each."""
-    length = frames.length[wall]
-    nearby = _length_nearby(frames, wall)
-    count = np.maximum(1, np.ceil(length / (ray_spacing(frames) * nearby) * 0.999)).astype(np.int64)
-    offsets = offsets_of(count)
+def _strips(frames: Unfolding, boundary: Ints, before: Ints) -> tuple[GeodesicRays, Ints, Ints]:
+    """Rays at right angles to boundary halfedges, with thinning priorities; and the first and last of each."""
+    length = frames.length[boundary]
+    nearby = _length_nearby(frames, boundary)
+    count = np.maximum(1, np.ceil(length / (ray_spacing(frames) * nearby) * _COUNT_SLACK)).astype(np.int64)
+    offsets, rank = offsets_of(count), ranks_in_rows(count)
     owner = rows_of(offsets)
     n, width = len(owner), (length / count)[owner]
-    place = (np.arange(n) - offsets[:-1][owner] + 0.5) * width
-    rays = Rays.starting(wall[owner], place, np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n), width * 0.50005)
-    rays.after = np.arange(1, n + 1)
-    first_place = places_along(frames.vertices[frames.tail[wall]], before, count)
-    rays.grade = grade_of(first_place[owner] + np.arange(n) - offsets[:-1][owner])
+    straight = np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n)  # direction, distance and curvature
+    rays = GeodesicRays.starting(boundary[owner], (rank + 0.5) * width, *straight, width * _OVERLAP)
+    rays.links.after = np.arange(1, n + 1)
+    first_place = places_along(frames.vertices[frames.tail[boundary]], before, count)
+    rays.links.priority = thinning_priority(first_place[owner] + rank)
     return rays, offsets[:-1], offsets[1:] - 1
 
 
-def _length_nearby(frames: Unfolding, wall: Ints) -> Floats:
-    """Mean length of the edges that the rays of each wall halfedge will meet first.
+def _length_nearby(frames: Unfolding, boundary: Ints) -> Floats:
+    """Mean length of the edges that the rays of each boundary halfedge meet first.
 
-    Where a mesh was refined, long edges of the wall were not, and fans of long edges lead from
-    their ends: there the edges a step further in are what counts, and the median of all (which
-    is 1).
+    Refinement leaves long boundary edges whole, and fans of long edges lead from their ends: there the edges a step
+    further in count, and the median of all (which is 1).
     """
-    mean, a, b = frames.mean_length, frames.tail[wall], frames.head[wall]
+    mean, a, b = frames.mean_length, frames.tail[boundary], frames.head[boundary]
     nearby: Floats = np.minimum(mean[a], mean[b])
-    long_ = frames.length[wall] > LONG_WALL * np.minimum(nearby, 1.0)
-    if long_.any():
+    is_long = frames.length[boundary] > LONG_EDGE * np.minimum(nearby, 1.0)
+    if is_long.any():
         least = mean.copy()
         np.minimum.at(least, frames.tail, mean[frames.head])
         np.minimum.at(least, frames.head, mean[frames.tail])
-        median = np.maximum(1.0, frames.length[wall] / MOST_EDGES)
-        nearby[long_] = np.minimum(median, np.minimum(least[a], least[b]))[long_]
+        median = np.maximum(1.0, frames.length[boundary] / MAX_SEEDED_EDGES)
+        nearby[is_long] = np.minimum(median, np.minimum(least[a], least[b]))[is_long]
     return nearby
 
 
-def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[Rays, Ints, Ints]:
+def _fans(frames: Unfolding, corner: Ints, total: Floats) -> tuple[GeodesicRays, Ints, Ints]:
     """Rays from corners that open the front, and the first and last of each.
 
     They run from the strip before to the strip after: clockwise seen from outside.
     """
     wedge = total - np.pi
     count = np.ceil(wedge / FAN_ANGLE).astype(np.int64)
-    offsets = offsets_of(count)
+    offsets, rank = offsets_of(count), ranks_in_rows(count)
     owner = rows_of(offsets)
-    part = (np.arange(len(owner)) - offsets[:-1][owner] + 0.5) / count[owner]
-    angle = total[owner] - np.pi / 2 - wedge[owner] * part
-    rays = start_off_corner(frames, *find_sector(frames, corner[owner], angle))
-    rays.grade = grade_of(1 + np.arange(len(owner)) - offsets[:-1][owner])
+    angle = total[owner] - np.pi / 2 - wedge[owner] * ((rank + 0.5) / count[owner])
+    rays = rays_off_corner(frames, *find_sector(frames, corner[owner], angle))
+    rays.links.priority = thinning_priority(1 + rank)
     return rays, offsets[:-1], offsets[1:] - 1
 
 
-def start_off_corner(frames: Unfolding, halfedge: Ints, angle: Floats) -> Rays:
-    """Rays from the tails of halfedges, at angles to them."""
+def rays_off_corner(frames: Unfolding, halfedge: Ints, angle: Floats) -> GeodesicRays:
+    """Rays from the tails of halfedges, at distance 0.
+
+    Parameters
+    ----------
+    frames : Unfolding
+    halfedge : (n,) int64
+    angle : (n,) float64
+        Of each ray to its halfedge, inside the face.
+
+    Returns
+    -------
+    GeodesicRays
+    """
     n = len(halfedge)
-    start = _OFF_THE_CORNER * frames.length[halfedge]
+    start = _OFF_CORNER * frames.length[halfedge]
     wide = np.full(n, np.inf)
-    return Rays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
+    return GeodesicRays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
 
 
 def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:
-    """The outgoing halfedge whose face holds a direction, and the angle that is left in it.
+    """Find the face at a vertex in which a direction lies.
 
-    ``angle`` counts counter-clockwise from the given outgoing halfedges.
+    Parameters
+    ----------
+    frames : Unfolding
+    halfedge : (n,) int64
+        Outgoing halfedge from which the angle counts.
+    angle : (n,) float64
+        Counter-clockwise seen from outside.
+
+    Returns
+    -------
+    halfedge : (n,) int64
+        Outgoing halfedge of the face.
+    angle : (n,) float64
+        What is left of the angle, counted from there.
     """
     at, left = halfedge.copy(), angle.copy()
     active = np.flatnonzero(left >= frames.angle[at])
@@ -142,28 +206,31 @@ def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints,
     return at, np.minimum(left, frames.angle[at] * (1 - 1e-9))
 
 
-# ----------------------------------------------------------------------
-# An order among the rays of a wall that does not hang on how the mesh is numbered.
+# Thinning priorities do not depend on how the mesh is numbered: rays are counted from the point of a loop
+# that is furthest from its centroid.
 
 _AS_FAR = 1 - 1e-6
-"""Points that are further from the middle than this part of the furthest count as the furthest."""
+"""Points further from the centroid than this part of the furthest count as the furthest, against rounding."""
+
+_ALWAYS_KEPT = 40
+"""Priority of place 0, above that of any other ray: there are fewer than 2⁴⁰."""
 
 
 def places_along(points: Floats, before: Ints, count: Ints) -> Ints:
-    """Number the rays of each loop of wall halfedges, from the point that is furthest from the loop's middle.
+    """Number the rays of each boundary loop, from the point furthest from the loop's centroid.
 
     Parameters
     ----------
-    points : (W, 3) float64
-        Where each wall halfedge begins.
-    before : (W,) int64
-        The wall halfedge before each around its loop.
-    count : (W,) int64
+    points : (B, 3) float64
+        Where each boundary halfedge begins.
+    before : (B,) int64
+        The one before each around its loop.
+    count : (B,) int64
         How many rays each has.
 
     Returns
     -------
-    (W,) int64
+    (B,) int64
         The number of each one's first ray.
     """
     loop, doublings = np.arange(len(before)), range(len(before).bit_length())
@@ -182,8 +249,8 @@ def _furthest_of_each(points: Floats, loop: Ints) -> Ints:
     _, number = np.unique(loop, return_inverse=True)
     number = number.ravel()
     total = np.bincount(number)
-    middle = np.stack([np.bincount(number, weights=x) for x in points.T], axis=1) / total[:, None]
-    far = np.linalg.norm(points - middle[number], axis=1)
+    centroid = np.stack([np.bincount(number, weights=x) for x in points.T], axis=1) / total[:, None]
+    far = np.linalg.norm(points - centroid[number], axis=1)
     furthest = np.zeros(len(total))
     np.maximum.at(furthest, number, far)
     candidates = np.flatnonzero(far >= _AS_FAR * furthest[number])
@@ -192,7 +259,18 @@ def _furthest_of_each(points: Floats, loop: Ints) -> Ints:
     return starts
 
 
-def grade_of(place: Ints) -> Ints:
-    """How often a place can be halved: every other one has grade 0, every fourth more than 1, and so on."""
-    grades: Ints = np.log2(np.where(place > 0, place & -place, np.int64(1) << 40)).astype(np.int64)
-    return grades
+def thinning_priority(place: Ints) -> Ints:
+    """How often the number of a ray can be halved: 0 for every other ray, 1 for every fourth, and so on.
+
+    Removing rays by rising priority leaves them evenly spread at every stage.
+
+    Parameters
+    ----------
+    place : (n,) int64
+
+    Returns
+    -------
+    (n,) int64
+    """
+    priority: Ints = np.log2(np.where(place > 0, place & -place, np.int64(1) << _ALWAYS_KEPT)).astype(np.int64)
+    return priority

@@ -1,73 +1,141 @@
-"""Settling what the rays found: vertices that a neighbour knows a shorter way to.
+r"""Source relaxation: vertices take over a shorter path that a neighbour knows.
 
-Around its vertex every direction has an angle, counted counter-clockwise from the first
-outgoing halfedge.  A vertex knows the angle at which it sees its source; laid flat, the source
-is seen by the vertices around as well, through the faces between.  Where that gives a
-shorter distance than the one recorded, by more than what unfolding past a corner may err, it is
-taken over; so are distances for vertices that no ray has reached.
+Every vertex keeps the direction, as an angle among its outgoing halfedges, in which it sees its source, and the
+curvature k of its front.  Laid flat about a vertex a, its source is also seen by a neighbour c across the last face of
+the path (a, c, b)::
+
+         source  *                        d_a       distance of a, along the line from the source
+                  \  .                    length    |ac|
+                   \    .                 turn      angle at a between the source and c
+              d_a   \      .              corner    angle of the face at a
+                     \        .           seen      angle at c between a and the source
+                      a --------+-- b     place     |a+|, where the path enters the face
+                       \ ) turn  /
+               length   \       /         forward = −length cos(turn)     along the path through a,
+                         \ seen           lateral =  length sin(turn)     and at right angles to it
+                          \  /
+                           c
+
+    d_c  = d_a + |(1/k + forward, lateral)| − 1/k              the front at a is a circle of radius 1/k
+    seen = angle between (forward, lateral) and the direction of the path at c
+    k_c  = k / |(1 + k forward, k lateral)|                    the same circle seen from c
+    |a+| = length sin(seen) / sin(corner + seen)               law of sines: at most |ab|, or the path misses the edge
+    d_c >= d(+) + length sin(corner) / sin(corner + seen)      with d linear between a and b
+
+Where turn ≥ π on both sides, c lies in the shadow of a: the path goes through a, d_c = d_a + length and k_c = 1/length.
+
+This reconstructs a virtual source per update as Novotni and Klein do (*Computing geodesic distances on triangular
+meshes*, WSCG 2002, §3), with the distance and angle of an arrival in place of the distances of two vertices; a saddle
+is a pseudo-source as in Mitchell, Mount and Papadimitriou 1987.  Updates are label correcting: heads of halfedges whose
+tails changed are tried again until nothing improves.  Work: linear in the updates; few faces need any.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, ranges
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN
-from weavecore.offsetting.distance.rays import NO_HALFEDGE, Records, front_distance
+from weavecore.offsetting.distance.rays import NO_HALFEDGE, TentativeDistances, front_distance
 
-STEEP = 1.1  # squared slope of a face from which on its corners are looked at again
-LEAST_GAIN = 0.02  # mean edge lengths by which a neighbour must know better
-ROUNDEST = 0.2  # bound of the curvature of a front that closes, per mean edge length
-_MOST_ROUNDS = 500
+MAX_SQUARED_SLOPE = 1.1
+"""Squared slope of the distance on a face from which its corners are tried again: a distance has slope 1 at most, and
+linear interpolation of a round front exceeds it by some percent."""
+
+MIN_GAIN = 0.02
+"""Mean edge lengths by which an update must be shorter: what unfolding past a corner may err, and what keeps the
+updates finite, since each lowers a distance by at least this."""
+
+MAX_CONVERGENCE = 0.2
+"""Bound of the curvature of a front that converges, per mean edge length: the estimate is noisy near ridges, and a
+centre nearer than five edges ahead would be passed."""
+
+_MAX_ROUNDS = 500  # never reached but by a mesh with paths of more than 500 corrected vertices
+_ALONG_EDGE = 1e-6  # radians: a path that arrives along the edge itself has no face to enter
+_LEAST_SINE = 1e-12
+_LEAST_STRETCH = 1e-9
 
 
-def settle(frames: Unfolding, records: Records) -> Floats:
-    """Improve the records, and give the direction (V, 3) of each path's arrival.
+def relax_sources(frames: Unfolding, tentative: TentativeDistances) -> Floats:
+    """Shorten distances through neighbours, in place, and reach the vertices that no ray has reached.
 
-    Directions are unit vectors tangent to a face at the vertex, zero at sources.
+    Parameters
+    ----------
+    frames : Unfolding
+    tentative : TentativeDistances
+        Its distances are changed.
+
+    Returns
+    -------
+    (V, 3) float64
+        Direction in which each path arrives: unit vectors tangent to a face at the vertex, zero at sources.
     """
-    gradient = _directions(frames, records)
-    with np.errstate(all="ignore"):
-        faces = _steep_faces(frames, records.distance)
-        if len(faces):
-            sight = _Sight(frames, records)
-            changed = sight.improve((3 * faces[:, None] + np.arange(3)).ravel())
-            gradient[changed] = sight.directions(changed)
-    return gradient
-
-
-def _directions(frames: Unfolding, records: Records) -> Floats:
-    known = np.flatnonzero(records.halfedge != NO_HALFEDGE)
     gradient = np.zeros((len(frames.vertices), 3))
-    gradient[known] = frames.directions(records.halfedge[known], records.ux[known], records.uy[known])
+    known = np.flatnonzero(tentative.halfedge != NO_HALFEDGE)
+    gradient[known] = frames.directions(tentative.halfedge[known], tentative.ux[known], tentative.uy[known])
+    faces = _steep_faces(frames, tentative.distance)
+    if len(faces):
+        relaxation = _Relaxation(frames, tentative)
+        changed = relaxation.run((3 * faces[:, None] + np.arange(3)).ravel())
+        gradient[changed] = relaxation.directions(changed)
     return gradient
 
 
 def _steep_faces(frames: Unfolding, distance: Floats) -> Ints:
     """Faces on which the distance rises faster than the way is long, or is not known."""
     start, end, apex = distance[frames.faces].T
-    along = (end - start) / frames.length[0::3]
-    up = (apex - start - along * frames.apex_x[0::3]) / frames.apex_y[0::3]
-    return np.flatnonzero(~(along * along + up * up <= STEEP))
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # unreached corners, flat faces: not a number
+        along = (end - start) / frames.length[0::3]
+        up = (apex - start - along * frames.apex_x[0::3]) / frames.apex_y[0::3]
+        return np.flatnonzero(~(along * along + up * up <= MAX_SQUARED_SLOPE))
 
 
-class _Sight:
-    """What every vertex sees of its source, and how its neighbours see it through it."""
+def front_curvature(frames: Unfolding, distance: Floats) -> Floats:
+    """Curvature of the front at each vertex: the Laplacian of a distance is the curvature of its level sets.
 
-    def __init__(self, frames: Unfolding, records: Records) -> None:
+    With cotangent weights and a third of the area of its faces for each vertex (Meyer, Desbrun, Schröder and Barr 2003,
+    §3); bounded by `MAX_CONVERGENCE` below and one over the mean edge length above.
+
+    Parameters
+    ----------
+    frames : Unfolding
+    distance : (V,) float64
+        Infinite where unknown; the curvature is 0 beside such vertices.
+
+    Returns
+    -------
+    (V,) float64
+    """
+    n = len(distance)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # flat faces and unreached vertices: 0 below
+        double_area = frames.length * frames.apex_y
+        across = frames.apex_x * (frames.apex_x - frames.length) + frames.apex_y * frames.apex_y
+        flow = across / double_area * (distance[frames.head] - distance[frames.tail]) / 2
+        total = np.bincount(frames.tail, flow, n) - np.bincount(frames.head, flow, n)
+        curvature = total / np.bincount(frames.tail, double_area / 6, n)
+    curvature = np.where(np.isfinite(curvature), curvature, 0.0)
+    bounded: Floats = np.clip(curvature, -MAX_CONVERGENCE / frames.mean_length, 1 / frames.mean_length)
+    return bounded
+
+
+class _Relaxation:
+    """Distance, direction to the source and curvature of the front at every vertex, while they are corrected."""
+
+    def __init__(self, frames: Unfolding, tentative: TentativeDistances) -> None:
         self.frames = frames
-        self.distance = records.distance
+        self.distance = tentative.distance
         self.angle_of = _outgoing_angles(frames)
-        self.source_angle = self._source_angles(records)
-        self.curvature = self._curvatures()
+        self.source_angle = self._source_angles(tentative)
+        self.curvature = front_curvature(frames, tentative.distance)
         self._order = np.argsort(frames.tail, kind="stable")
         self._offsets = np.searchsorted(frames.tail[self._order], np.arange(len(frames.vertices) + 1))
 
-    def _source_angles(self, records: Records) -> Floats:
+    def _source_angles(self, tentative: TentativeDistances) -> Floats:
+        """Angle of the direction back along each arrival; not a number where there is none."""
         f = self.frames
-        v = np.flatnonzero(records.halfedge != NO_HALFEDGE)
-        h, x, y = records.halfedge[v], -records.ux[v], -records.uy[v]
+        v = np.flatnonzero(tentative.halfedge != NO_HALFEDGE)
+        h, x, y = tentative.halfedge[v], -tentative.ux[v], -tentative.uy[v]
         at_tail, at_head = f.tail[h] == v, f.head[h] == v
         out = np.select((at_tail, at_head), (h, f.next[h]), f.previous[h])
         cx = np.select((at_tail, at_head), (1.0, f.next_x[h]), f.previous_x[h])
@@ -76,76 +144,65 @@ class _Sight:
         angle[v] = self.angle_of[out] + np.arctan2(y * cx - x * cy, x * cx + y * cy)
         return angle
 
-    def _curvatures(self) -> Floats:
-        """Curvature of the front at each vertex: the Laplacian of the distance (cotangent weights)."""
-        f, n = self.frames, len(self.distance)
-        double_area = f.length * f.apex_y
-        cotangent = (f.apex_x * (f.apex_x - f.length) + f.apex_y * f.apex_y) / double_area
-        flow = cotangent * (self.distance[f.head] - self.distance[f.tail]) / 2
-        total = np.bincount(f.tail, flow, n) - np.bincount(f.head, flow, n)
-        curvature = total / np.bincount(f.tail, double_area / 6, n)
-        curvature = np.where(np.isfinite(curvature), curvature, 0.0)
-        clipped: Floats = np.clip(curvature, -ROUNDEST / f.mean_length, 1 / f.mean_length)
-        return clipped
-
-    def improve(self, halfedges: Ints) -> Ints:
-        """Let tails tell heads along halfedges, then on from those that changed; returns all that did."""
+    def run(self, halfedges: Ints) -> Ints:
+        """Relax along halfedges, then on from the vertices that changed; gives all that did."""
         f = self.frames
         changed = np.zeros(len(self.distance), bool)
-        for _ in range(_MOST_ROUNDS):
-            fixed = f.on_wall[f.tail[halfedges]] | f.on_wall[f.head[halfedges]]
+        for _ in range(_MAX_ROUNDS):
+            fixed = f.on_boundary[f.tail[halfedges]] | f.on_boundary[f.head[halfedges]]
             h = halfedges[~fixed & np.isfinite(self.source_angle[f.tail[halfedges]])]
-            better = self._tell(h)
+            better = self._relax(h)
             if len(better) == 0:
                 break
             changed[better] = True
-            count = self._offsets[better + 1] - self._offsets[better]
-            shift = np.repeat(self._offsets[better] - (np.cumsum(count) - count), count)
-            halfedges = self._order[shift + np.arange(count.sum())]
-        self._walk_to_the_rest(changed)
+            start = self._offsets[better]
+            halfedges = self._order[ranges(start, self._offsets[better + 1] - start)]
+        self._reach_the_rest(changed)
         return np.flatnonzero(changed)
 
-    def _tell(self, h: Ints) -> Ints:
+    def _relax(self, h: Ints) -> Ints:
+        """Offer the head of each halfedge the path that its tail knows; the heads that took one (see the figure)."""
         f = self.frames
         a, c, length = f.tail[h], f.head[h], f.length[h]
         turn = np.mod(self.angle_of[h] - self.source_angle[a], f.total_angle[a])
-        by_right = turn <= f.total_angle[a] - turn  # counter-clockwise, so last through the face right of h
+        by_right = turn <= f.total_angle[a] - turn  # the source lies clockwise: the last face is the one right of h
         turn = np.minimum(turn, f.total_angle[a] - turn)
-        shadow = turn >= np.pi
+        in_shadow = turn >= np.pi
         forward, lateral = -length * np.cos(turn), length * np.sin(turn)
         rise, ahead, aside = front_distance(self.curvature[a], forward, lateral)
         seen = np.arctan2(np.abs(forward * aside - lateral * ahead), forward * ahead + lateral * aside)
-        seen[shadow] = 0.0
-        offered = self.distance[a] + np.where(shadow, length, rise)
-        offered, valid = self._through_edge(h, by_right, seen, shadow, offered)
-        better = valid & (offered < self.distance[c] - LEAST_GAIN * f.mean_length[c])
-        m = np.flatnonzero(better)
+        seen[in_shadow] = 0.0
+        offered = self.distance[a] + np.where(in_shadow, length, rise)
+        offered, enters = self._through_last_face(h, by_right, seen, in_shadow, offered)
+        m = np.flatnonzero(enters & (offered < self.distance[c] - MIN_GAIN * f.mean_length[c]))
         np.minimum.at(self.distance, c[m], offered[m])
         m = m[offered[m] == self.distance[c[m]]]
         self.source_angle[c[m]] = self.angle_of[f.twin[h[m]]] + np.where(by_right[m], seen[m], -seen[m])
-        bent = np.hypot(1 + self.curvature[a[m]] * forward[m], self.curvature[a[m]] * lateral[m])
-        self.curvature[c[m]] = np.where(shadow[m], 1 / length[m], self.curvature[a[m]] / np.maximum(bent, 1e-9))
+        k = self.curvature[a[m]]
+        stretch = np.hypot(1 + k * forward[m], k * lateral[m])
+        self.curvature[c[m]] = np.where(in_shadow[m], 1 / length[m], k / np.maximum(stretch, _LEAST_STRETCH))
         return np.unique(c[m])
 
-    def _through_edge(
-        self, h: Ints, by_right: Bools, seen: Floats, shadow: Bools, offered: Floats
+    def _through_last_face(
+        self, h: Ints, by_right: Bools, seen: Floats, in_shadow: Bools, offered: Floats
     ) -> tuple[Floats, Bools]:
-        """Bound the offers by what is known where the path enters the last face, and drop those that miss it."""
+        """Bound offers from below by the distance at which the path enters its last face; and whether it enters it."""
         f, twin = self.frames, self.frames.twin[h]
         a, length = f.tail[h], f.length[h]
         corner = np.where(by_right, f.angle[f.next[twin]], f.angle[h])
         beside = np.where(by_right, f.length[f.next[twin]], f.length[f.previous[h]])
         b = np.where(by_right, f.apex[twin], f.apex[h])
-        across = np.maximum(np.sin(corner + seen), 1e-12)
-        place = length * np.sin(seen) / across
-        straight_on = shadow | (seen < 1e-6)
-        valid = straight_on | ((corner + seen < np.pi) & (place <= beside))
+        sine = np.maximum(np.sin(corner + seen), _LEAST_SINE)
+        place = length * np.sin(seen) / sine
+        along_edge = in_shadow | (seen < _ALONG_EDGE)
+        enters = along_edge | ((corner + seen < np.pi) & (place <= beside))
         part = np.clip(place / beside, 0, 1)
-        there = self.distance[a] * (1 - part) + np.where(part > 0, self.distance[b] * part, 0.0)
-        bound = there + length * np.sin(corner) / across
-        return np.where(straight_on, offered, np.maximum(offered, bound)), valid
+        with np.errstate(invalid="ignore"):  # an unreached b, with part 0: not taken
+            entry = self.distance[a] * (1 - part) + np.where(part > 0, self.distance[b] * part, 0.0)
+        bound = entry + length * np.sin(corner) / sine
+        return np.where(along_edge, offered, np.maximum(offered, bound)), enters
 
-    def _walk_to_the_rest(self, changed: Bools) -> None:
+    def _reach_the_rest(self, changed: Bools) -> None:
         """Reach what is left along edges."""
         f = self.frames
         while True:
@@ -185,8 +242,8 @@ def _outgoing_angles(frames: Unfolding) -> Floats:
     first = np.full(len(f.vertices), -1)
     backwards = np.arange(len(f.tail))[::-1]
     first[f.tail[backwards]] = backwards
-    walls = np.flatnonzero(f.twin == NO_TWIN)
-    first[f.tail[walls]] = walls
+    boundary = np.flatnonzero(f.twin == NO_TWIN)
+    first[f.tail[boundary]] = boundary
     start = first[first >= 0]
     at, angle = start, np.zeros(len(start))
     angles = np.zeros(len(f.tail))

@@ -1,8 +1,15 @@
-"""The distance from the borders, exact but for what the spacing of rays leaves.
+"""Distance of every vertex from the origins, along the surface: window propagation with rays.
 
-Rays run from the borders over the whole surface (`rays`), the front is kept whole as they
-spread and meet (`front`), and what they found at the vertices is settled (`settling`).
-Work grows linearly with the faces: each face is crossed by a fixed number of rays.
+1. Rays start at right angles to the origins (`ray_seeds`) and run straight over the surface (`rays`).
+2. Every `STRIDE` the front is compared at one distance: gaps are filled, crowded rays removed, faces left behind
+   entered again (`front`), and free borders have their pseudo-sources (`reflected_double`).
+3. The few faces on which the distance rises faster than the way is long are corrected from their neighbours
+   (`relaxation`).
+
+Each ray is the straightest geodesic of Yan et al. 2016, §4.2.  Exact methods keep windows on every edge (Mitchell,
+Mount and Papadimitriou 1987); here one ray stands for a window of about half an edge, and what lies between two rays is
+measured from the circle through the nearer one.  Work is linear in the faces: each is crossed by a bounded number of
+rays.
 """
 
 from __future__ import annotations
@@ -16,15 +23,45 @@ from weavecore.geometry.arrays import Floats, frozen
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model.surface import SurfaceMesh
-from weavecore.offsetting.distance.front import Lag, Look, fill_gaps, measure_growth, thin
+from weavecore.offsetting.distance.front import FrontSnapshot, UnsweptFaces, fill_gaps, measure_growth, thin
 from weavecore.offsetting.distance.ray_seeds import seed_rays
-from weavecore.offsetting.distance.rays import Rays, Records, advance, offer_start
-from weavecore.offsetting.distance.reflected_double import Saddles, glue_mirror, part_sheets
-from weavecore.offsetting.distance.relaxation import settle
+from weavecore.offsetting.distance.rays import GeodesicRays, TentativeDistances, advance, offer_at_start
+from weavecore.offsetting.distance.reflected_double import (
+    PseudoSources,
+    reflected_double,
+    unlink_across_free_borders,
+)
+from weavecore.offsetting.distance.relaxation import relax_sources
 
 Progress = Optional[Callable[[float, str], None]]
 
-STRIDE = 3.0  # median edge lengths between two looks at the front
+STRIDE = 3.0
+"""Median edge lengths between two comparisons of the front: a gap grows by 1 + k s, so it at most doubles on the way
+where the front's radius is three edges or more."""
+
+_NO_GAP = 1e-12  # added to the gaps at the start, which are 0 where a fan leaves a corner: 0 would read as unknown
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceField:
+    """Distance from the origins along the surface.
+
+    Parameters
+    ----------
+    distance : (V,) float64
+        In the model's unit; 0 on the origins.
+    gradient : (V, 3) float64
+        Direction in which the shortest path arrives at each vertex: a unit vector tangent to a face there, pointing
+        away from the origins.  Zero on the origins, and where the direction is not known.
+    """
+
+    distance: Floats
+    gradient: Floats
+
+    def __post_init__(self) -> None:
+        n = len(self.distance)
+        object.__setattr__(self, "distance", frozen(self.distance, np.float64, (n,)))
+        object.__setattr__(self, "gradient", frozen(self.gradient, np.float64, (n, 3)))
 
 
 def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> DistanceField:
@@ -41,94 +78,74 @@ def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> Dist
     -------
     DistanceField
         Distance and direction at every vertex, in the model's unit.
-
-    Notes
-    -----
-    Straightest geodesics as in Yan et al. 2016, §4.2, traced all at once; whichever comes
-    first wins, which settles self- and mutual intersections (§4.3, §4.4) without looking for them.
     """
     frames, scale = _frames_of(surface)
-    records = _march(frames, surface, progress)
-    gradient = settle(frames, records)
+    tentative = _propagate(frames, surface, progress)
+    gradient = relax_sources(frames, tentative)
     n = surface.n_vertices
-    return DistanceField(records.distance[:n] * scale, gradient[:n])
+    return DistanceField(tentative.distance[:n] * scale, gradient[:n])
 
 
 def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
-    """Frames of the mesh, and of its mirror if there are selvedges, about 0 in units of its median edge length."""
+    """Frames of the mesh, or of its reflected double if it has free borders, in median edge lengths about 0."""
     centred = surface.vertices - surface.vertices.mean(axis=0)
     scale = float(np.median(surface.edge_lengths)) or 1.0
-    if surface.is_selvedge.any():
-        vertex, faces, twins = glue_mirror(surface)
+    if surface.is_free_border.any():
+        vertex, faces, twins = reflected_double(surface)
         return Unfolding(centred[vertex] / scale, faces, twins), scale
     twins = np.where(surface.is_cut, NO_TWIN, surface.twins)
     return Unfolding(centred / scale, surface.faces, twins), scale
 
 
-def _march(frames: Unfolding, surface: SurfaceMesh, progress: Progress) -> Records:
-    records = Records(frames, np.flatnonzero(frames.on_wall))
-    lag, saddles = Lag(frames), Saddles(frames, surface)
-    rays = seed_rays(frames)
-    part_sheets(rays, surface)
-    with np.errstate(all="ignore"):
-        rays.gap = Look(frames, rays, 0.0).gap + 1e-12
-        offer_start(frames, records, rays)
-        distance = 0.0
-        while len(rays) or not lag.is_over:
-            distance += STRIDE
-            advance(frames, records, rays, distance)
-            rays = rays.without(np.isinf(rays.distance))
-            rays = _joined(frames, records, rays, saddles.fan_out(frames, records, distance), distance)
-            part_sheets(rays, surface)
-            rays = _mend(frames, records, rays, distance, lag)
-            if progress is not None:
-                progress(float(np.isfinite(records.distance).mean()), "offsetting the borders")
-            reached = records.distance[np.isfinite(records.distance)].max()
-            if distance > reached + STRIDE + (0.0 if lag.is_over else 2 * frames.length.max()):
-                break
-    return records
+def _propagate(frames: Unfolding, surface: SurfaceMesh, progress: Progress) -> TentativeDistances:
+    """Advance the front by one stride after another until nothing is left to reach.
 
-
-def _mend(frames: Unfolding, records: Records, rays: Rays, distance: float, lag: Lag) -> Rays:
-    if len(rays):
-        look = Look(frames, rays, distance)
-        measure_growth(rays, look, STRIDE)
-        rays = fill_gaps(frames, records, thin(rays, look), distance)
-    return _joined(frames, records, rays, lag.take_up(frames, records, distance), distance)
-
-
-def _joined(frames: Unfolding, records: Records, rays: Rays, more: Rays, distance: float) -> Rays:
-    """The rays, and new ones that are brought up to them."""
-    if len(more) == 0:
-        return rays
-    advance(frames, records, more, distance)
-    more = more.without(np.isinf(more.distance))
-    more.after = np.where(more.after >= 0, more.after + len(rays), -1)
-    return rays.joined(more)
-
-
-# ----------------------------------------------------------------------
-# `DistanceField`: the distance from the borders, at the vertices.
-
-
-@dataclass(frozen=True, eq=False)
-class DistanceField:
-    """Distance from the borders and cuts along the surface.
-
-    Parameters
-    ----------
-    distance : (V,) float64
-        In the model's unit; 0 on borders and cuts.
-    gradient : (V, 3) float64
-        Direction in which the shortest path arrives at each vertex: a unit vector tangent
-        to a face there, pointing away from the borders.  Zero where there is none: on the
-        borders and cuts, and where the direction is not known.
+    It ends when no ray moves and no face waits.  It also ends once the front has come further than the furthest vertex
+    reached, by a stride (rays only go round where all is measured) or, while faces wait, by two of the longest edges
+    more (a face is entered again within two of its own edges, so those that still wait cannot be reached).  The front's
+    distance grows by a stride each round and a reached distance is at most the sum of all edges; so the loop ends.
     """
+    tentative = TentativeDistances(frames, np.flatnonzero(frames.on_boundary))
+    unswept, pseudo_sources = UnsweptFaces(frames), PseudoSources(frames, surface)
+    rays = seed_rays(frames)
+    unlink_across_free_borders(rays, surface)
+    rays.links.gap = FrontSnapshot(frames, rays, 0.0).gap + _NO_GAP
+    offer_at_start(frames, tentative, rays)
+    distance = 0.0
+    while len(rays) or not unswept.is_empty:
+        distance += STRIDE
+        advance(frames, tentative, rays, distance)
+        rays = rays.without(rays.stopped())
+        new = pseudo_sources.rays_from_reached(frames, tentative, distance)
+        rays = _joined(frames, tentative, rays, new, distance)
+        unlink_across_free_borders(rays, surface)
+        rays = _repair_front(frames, tentative, rays, unswept, distance)
+        if progress is not None:
+            progress(float(np.isfinite(tentative.distance).mean()), "offsetting the borders")
+        reached = tentative.distance[np.isfinite(tentative.distance)].max()
+        if distance > reached + STRIDE + (0.0 if unswept.is_empty else 2 * frames.length.max()):
+            break
+    return tentative
 
-    distance: Floats
-    gradient: Floats
 
-    def __post_init__(self) -> None:
-        n = len(self.distance)
-        object.__setattr__(self, "distance", frozen(self.distance, np.float64, (n,)))
-        object.__setattr__(self, "gradient", frozen(self.gradient, np.float64, (n, 3)))
+def _repair_front(
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, unswept: UnsweptFaces, distance: float
+) -> GeodesicRays:
+    """Thin crowded rays, fill gaps and enter faces that were left behind."""
+    if len(rays):
+        snapshot = FrontSnapshot(frames, rays, distance)
+        measure_growth(rays, snapshot, STRIDE)
+        rays = fill_gaps(frames, tentative, thin(rays, snapshot), distance)
+    return _joined(frames, tentative, rays, unswept.rays_into(frames, tentative, distance), distance)
+
+
+def _joined(
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, new: GeodesicRays, distance: float
+) -> GeodesicRays:
+    """The rays, and new ones that are brought up to them."""
+    if len(new) == 0:
+        return rays
+    advance(frames, tentative, new, distance)
+    new = new.without(new.stopped())
+    new.links.after = np.where(new.links.after >= 0, new.links.after + len(rays), -1)
+    return rays.joined(new)

@@ -1,9 +1,14 @@
-"""`Sheet`: the surface as the levels are traced on it, with the distance at its nodes.
+"""Mesh cut open: the surface opened along its cuts, with the distance at its nodes.
 
-A sheet is opened along the cuts: each is two borders, so that whoever traces never needs to
-ask about cuts.  A *node* of the sheet is a vertex of the surface (one on a cut is a
-node per side) or lies on an edge between two of those.  Every edge has two halfedges here: that
-on the outer side of a border, which has no face, is numbered on from those of the faces.
+Each cut becomes two borders, so that tracing needs no special case for cuts::
+
+          before               after               node  a vertex of the surface (on a cut one node for each side),
+        ----x----           ----x----                    or a point on an edge between two of those
+        =c==c==c=   cut     =c==c==c=   one side   halfedges  3F of the faces, and b more on the outer side of the
+        ----x----           =c'=c'=c'   other side            border, numbered on from those: every edge has two
+                            ----x----
+
+Work: linear in the faces.
 """
 
 from __future__ import annotations
@@ -12,18 +17,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.model.surface import Origins, SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
-    """A mesh with a distance that is 0 along its origins.
+class CutMesh:
+    """A mesh with the distance from its origins.
 
     Parameters
     ----------
@@ -40,13 +43,16 @@ class Sheet:
         The two nodes of ``whole_faces`` between which each node lies; twice itself at a vertex.
     share : (n,) float64
         Where between these two it lies: 0 to 1.
-    steepness : (n,) float64
-        How steeply the distance rises along the ridge at a node that was put on one; 1 elsewhere.
+    ridge_slope : (n,) float64
+        At a node on the cut locus, how steeply the distance rises along it; 1 elsewhere.
     origins : Origins
         Where distances start: paths of vertices of the surface.
-    side_polyline, side_node, side_is_left : (s,)
-        The sides of these paths on which there is surface: which path, one node
-        of the sheet on that side, and whether it is the left side.  A path inside the surface has two.
+    side_polyline : (s,) int64
+        The sides of these paths on which there is surface: which path.  One inside the surface has two.
+    side_node : (s,) int64
+        A node of the mesh on that side.
+    side_is_left : (s,) bool
+        Whether it is the left side.
     """
 
     points: Floats
@@ -58,7 +64,7 @@ class Sheet:
     face_of: Ints
     edge_of: Ints
     share: Floats
-    steepness: Floats
+    ridge_slope: Floats
     origins: Origins
     side_polyline: Ints
     side_node: Ints
@@ -98,13 +104,22 @@ class Sheet:
         return np.flatnonzero(self.twins < np.arange(len(self.twins)))
 
     def on_border(self) -> Bools:
-        """(n,) whether a node lies on the border of the sheet."""
+        """(n,) whether a node lies on the border of the mesh."""
         flag = np.zeros(self.n_nodes, bool)
         flag[self.tail[self.border]] = flag[self.head[self.border]] = True
         return flag
 
     def edge_normals(self, halfedge: Ints) -> Floats:
-        """(N, 3) unit normals of the surface at edges: between those of the faces beside them."""
+        """Unit normals of the surface at edges: the mean of those of the faces beside them, by area.
+
+        Parameters
+        ----------
+        halfedge : (N,) int64
+
+        Returns
+        -------
+        (N, 3) float64
+        """
         n = len(self.twins)
         one, other = halfedge, self.opposite[halfedge]
         one, other = np.where(one < n, one, other), np.where(other < n, other, one)
@@ -120,7 +135,19 @@ class Sheet:
         return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)
 
     def locate(self, halfedge: Ints, part: Floats) -> tuple[Ints, Floats]:
-        """Face of the surface and barycentric coordinates in it (N, 3) of points on halfedges."""
+        """Place points on halfedges in the faces of the surface.
+
+        Parameters
+        ----------
+        halfedge : (N,) int64
+        part : (N,) float64
+            From 0 at the tail to 1 at the head.
+
+        Returns
+        -------
+        face : (N,) int64
+        barycentric : (N, 3) float64
+        """
         is_outer = halfedge >= len(self.twins)
         halfedge, part = np.where(is_outer, self.opposite[halfedge], halfedge), np.where(is_outer, 1.0 - part, part)
         face = self.face_of[halfedge // 3]
@@ -143,15 +170,22 @@ class Sheet:
         return barycentric
 
 
-# ----------------------------------------------------------------------
-# Opening the surface along its cuts, to the sheet that the levels are traced on.
+def open_along_cuts(surface: SurfaceMesh, field: DistanceField) -> CutMesh:
+    """Open a surface along its cuts.
 
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    field : DistanceField
+        On its vertices.
 
-def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
-    """The surface opened along its cuts."""
-    faces, vertex = part_vertices(surface)
+    Returns
+    -------
+    CutMesh
+    """
+    faces, vertex = split_vertices_at_cuts(surface)
     sides = sides_of_origins(surface)
-    return Sheet(
+    return CutMesh(
         points=surface.vertices[vertex],
         faces=faces,
         twins=np.where(surface.is_cut, NO_TWIN, surface.twins),
@@ -161,7 +195,7 @@ def open_sheet(surface: SurfaceMesh, field: DistanceField) -> Sheet:
         face_of=np.arange(surface.n_faces),
         edge_of=np.repeat(np.arange(len(vertex))[:, None], 2, axis=1),
         share=np.zeros(len(vertex)),
-        steepness=np.ones(len(vertex)),
+        ridge_slope=np.ones(len(vertex)),
         origins=surface.origins,
         side_polyline=sides.polyline,
         side_node=faces.ravel()[sides.halfedge],
@@ -188,7 +222,16 @@ class Sides:
 
 
 def sides_of_origins(surface: SurfaceMesh) -> Sides:
-    """The left side of every origin, and the right side of those inside the surface."""
+    """Find the left side of every origin, and the right side of those inside the surface.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    Sides
+    """
     tail, head = halfedge_ends(surface.faces)
     candidates = np.flatnonzero(surface.is_origin)
     key = tail[candidates] * surface.n_vertices + head[candidates]
@@ -204,8 +247,20 @@ def sides_of_origins(surface: SurfaceMesh) -> Sides:
     )
 
 
-def part_vertices(surface: SurfaceMesh) -> tuple[Ints, Ints]:
-    """Faces whose corners on a cut name one node per fan of faces, and the vertex of each node."""
+def split_vertices_at_cuts(surface: SurfaceMesh) -> tuple[Ints, Ints]:
+    """Split the vertices on cuts into one node for each fan of faces.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    faces : (F, 3) int64
+        By nodes.
+    vertex : (n,) int64
+        The vertex that each node lies at; the first V nodes are the vertices themselves.
+    """
     corner_vertex = surface.faces.ravel()
     n = surface.n_vertices
     cut = np.flatnonzero(surface.is_cut)
@@ -218,8 +273,7 @@ def part_vertices(surface: SurfaceMesh) -> tuple[Ints, Ints]:
     joined = ~surface.is_cut[behind] & (surface.twins[behind] != NO_TWIN)
     here = np.flatnonzero(joined)
     there = np.searchsorted(corners, surface.twins[behind[joined]])
-    links = coo_matrix((np.ones(len(here), np.int8), (here, there)), shape=(len(corners), len(corners)))
-    count, fan = connected_components(links, directed=False)
+    count, fan = connected(here, there, len(corners))
     fan_vertex = np.empty(count, np.int64)
     fan_vertex[fan] = corner_vertex[corners]
     # The first fan of a vertex keeps its number, the others are appended.

@@ -1,1 +1,1 @@
-"""The paper's own method: each polyline is offset by a step, and what crosses is taken apart (§4.1 to §4.6)."""
+"""Front propagation, the paper's own method (`fronts`): polylines are offset step by step and uncrossed (§4)."""

@@ -1,47 +1,78 @@
 """From the fronts of all generations to `Latitudes`: points, bands and parents.
 
-Who is whose parent is read from the surface itself: it is cut along all fronts, and what lies between
-them are the bands.
+The paper stores the parent of each child while it offsets (Yan et al. 2016, §5).  Here parents are read from the
+surface itself: it is cut along all fronts, and what lies between them are the bands.  A front bounds two of them, as
+parent of the one on its left and as child of the one on its right::
+
+        ... band 2 ...
+    ------------------->  front of generation 2:  parent of band 2, child of band 1
+        ... band 1 ...
+    ------------------->  front of generation 1
+        ... band 0 ...
+    ===================>  source
+
+The time is that of cutting the mesh, linear in faces and points, and of nearest-neighbour queries for the vertices.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
-from weavecore.geometry.cut import NONE, Cells, Marks, cut_along
+from weavecore.geometry.arrays import Bools, Floats, Ints, inverted, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.cut import NONE, CellComplex, Marks, cut_along
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.polylines import Polylines
 from weavecore.model.surface import Origins, SurfaceMesh
 from weavecore.offsetting.isolines.bands import find_parents, order_bands
-from weavecore.offsetting.isolines.cut_mesh import part_vertices, sides_of_origins
+from weavecore.offsetting.isolines.cut_mesh import sides_of_origins, split_vertices_at_cuts
 from weavecore.offsetting.isolines.extract import corners_at
-from weavecore.offsetting.propagation.curves import Curves, Ground
-from weavecore.offsetting.spacing import Ladder
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
+from weavecore.offsetting.spacing import LevelSchedule
 
 _SAMPLES_PER_SPACING = 20
+"""Samples on a length of one spacing from which vertices measure their distance: half a gap aside is 0.03% longer."""
 
 _SAME_PLACE = 1e-8
-"""In barycentric coordinates."""
+"""Points that differ by less in barycentric coordinates, or in median edges, are one."""
 
 
-def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *, ladder: Ladder) -> Latitudes:
-    """The origins as generation 0, then the fronts of each generation."""
+def assemble_latitudes(
+    surface: SurfaceMesh, domain: Domain, generations: list[SurfaceCurves], *, schedule: LevelSchedule
+) -> Latitudes:
+    """Make latitudes of the sources, as generation 0, and of the fronts of each generation.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    domain : Domain
+        Of that surface.
+    generations : list of SurfaceCurves
+        From 1 on.
+    schedule : LevelSchedule
+        Distances of the generations, in the model's unit.
+
+    Returns
+    -------
+    Latitudes
+    """
     origins = surface.origins
-    polylines = _polylines(surface, origins, generations)
+    polylines = _make_polylines(surface, origins, generations)
     n_fronts = [len(fronts) for fronts in generations]
     generation = np.repeat(np.arange(len(n_fronts) + 1), [len(origins), *n_fronts])
-    marks = _marks(polylines, len(origins), surface.n_vertices)
-    pieces = _Pieces(surface, ground, marks, cut_along(surface.faces, ground.twins, marks))
-    polyline, piece, is_parent, is_left = _sides(surface, pieces, polylines, len(origins))
-    distance = ladder.distance(generation.astype(np.float64))
-    spacing = ladder.widest(len(generations) + 1)
-    vertex_distance = _vertex_distances(surface, polylines, distance, pieces, polyline, piece, is_parent, spacing)
+    marks = _mark_fronts(polylines, len(origins), surface.n_vertices)
+    pieces = _Pieces(surface, domain, marks, cut_along(surface.faces, domain.twins, marks))
+    sides = _find_sides(surface, pieces, polylines, len(origins))
+    distance = schedule.distance_of(generation.astype(np.float64))
+    spacing = schedule.widest_spacing(len(generations) + 1)
+    vertex_distance = _measure_vertices(surface, polylines, distance, pieces, sides, spacing)
     depth = np.zeros(pieces.count)
     np.maximum.at(depth, pieces.of_node, vertex_distance[pieces.vertex])
-    np.maximum.at(depth, piece, distance[polyline])
-    bands = order_bands(polyline, piece, is_parent, is_left, pieces.euler, depth)
+    np.maximum.at(depth, sides.piece, distance[sides.polyline])
+    bands = order_bands(sides.polyline, sides.piece, sides.is_parent, sides.is_left, pieces.euler, depth)
     return Latitudes(
         surface=surface,
         polylines=polylines,
@@ -54,7 +85,7 @@ def assemble(surface: SurfaceMesh, ground: Ground, generations: list[Curves], *,
     )
 
 
-def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[Curves]) -> Polylines:
+def _make_polylines(surface: SurfaceMesh, origins: Origins, generations: list[SurfaceCurves]) -> Polylines:
     vertex = origins.vertices()
     face, weights = corners_at(surface, vertex)
     kept = [_find_distinct(fronts) for fronts in generations]
@@ -68,8 +99,8 @@ def _polylines(surface: SurfaceMesh, origins: Origins, generations: list[Curves]
     return Polylines(points, offsets_of(counts), closed, faces, weights)
 
 
-def _find_distinct(fronts: Curves) -> Bools:
-    """Which points of fronts stay.
+def _find_distinct(fronts: SurfaceCurves) -> Bools:
+    """Which points (m,) of fronts stay.
 
     Points inside faces go that lie as good as at the point before or after, and pairs of points at which a front
     goes over an edge and back again in one place.
@@ -91,18 +122,17 @@ def _find_distinct(fronts: Curves) -> Bools:
     return np.asarray(kept)
 
 
-def _marks(polylines: Polylines, n_origins: int, n_vertices: int) -> Marks:
+def _mark_fronts(polylines: Polylines, n_sources: int, n_vertices: int) -> Marks:
     """The fronts as curves to cut the mesh by: each point marks where it enters the face of its segment.
 
-    The ends of open ones split an edge of a selvedge, and at the last no segment begins.
+    The ends of open ones split an edge of a free border, and at the last no segment begins.
     """
-    first = polylines.offsets[n_origins]
-    offsets = polylines.offsets[n_origins:] - first
-    is_open = ~polylines.closed[n_origins:]
+    first = polylines.offsets[n_sources]
+    offsets = polylines.offsets[n_sources:] - first
+    is_open = ~polylines.closed[n_sources:]
     face, weights = polylines.face[first:], polylines.barycentric[first:]
     after = next_in_loop(offsets)
-    before = np.empty(len(after), np.int64)
-    before[after] = np.arange(len(after))
+    before = inverted(after)
     apex = weights.argmin(1)
     row = np.arange(len(face))
     goes_in = face != face[before]
@@ -121,7 +151,16 @@ def _marks(polylines: Polylines, n_origins: int, n_vertices: int) -> Marks:
 
 
 class _Pieces:
-    """What the fronts leave of the surface.
+    """What the fronts leave of the surface: the bands, before they are ordered.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    domain : Domain
+    marks : Marks
+        Of the fronts, M points.
+    cells : CellComplex
+        The mesh cut along them.
 
     Attributes
     ----------
@@ -133,64 +172,95 @@ class _Pieces:
     beside : (3F,) int64
         The piece inside each halfedge, at its tail.
     euler : (count,) int64
+        Euler characteristics.
     """
 
-    def __init__(self, surface: SurfaceMesh, ground: Ground, marks: Marks, cells: Cells) -> None:
+    def __init__(self, surface: SurfaceMesh, domain: Domain, marks: Marks, cells: CellComplex) -> None:
         used = np.unique(np.concatenate([cells.face_piece, cells.cell_piece]))
         used = used[used != NONE]
         name = np.full(int(used.max()) + 2, NONE)
         name[used] = np.arange(len(used))
         self.count = len(used)
         self.left, self.right = name[cells.left_piece], name[cells.right_piece]
-        last = np.flatnonzero(marks.face == NONE)
         self.beside: Ints = name[cells.edge_piece]
-        faces, self.vertex = part_vertices(surface)
+        faces, self.vertex = split_vertices_at_cuts(surface)
         self.of_node = np.empty(len(self.vertex), np.int64)
         self.of_node[faces.ravel()] = self.beside
-        # Cut into open cells: closed fronts count for nothing, and open ones for 1 on either side.
-        # An edge gives the part at the tail of one of its halfedges, and one more beyond each mark.
-        one = np.flatnonzero(ground.twins < np.arange(len(ground.twins)))
-        split = np.flatnonzero(marks.halfedge != NONE)
-        forth = ground.twins[marks.halfedge[split]] < marks.halfedge[split]
-        # What lies right of a curve that comes in from an edge lies left of one that goes out by it.
-        right, left = self.right.copy(), self.left.copy()
-        right[last], left[last] = self.left[marks.before[last]], self.right[marks.before[last]]
-        beyond = np.where(forth, right[split], left[split])
-        edges = self._tally(self.beside[one]) + self._tally(beyond)
         whole, parts = name[cells.face_piece[cells.face_piece != NONE]], name[cells.cell_piece]
-        sides = self._tally(self.left[marks.after[last]]) + self._tally(self.right[marks.after[last]])
-        self.euler: Ints = self._tally(self.of_node) - edges + self._tally(whole) + self._tally(parts) + sides
+        self.euler: Ints = (
+            self._tally(self.of_node)
+            - self._count_edges(domain, marks)
+            + self._tally(whole)
+            + self._tally(parts)
+            + self._count_open_sides(marks)
+        )
 
     def _tally(self, pieces: Ints) -> Ints:
         return np.bincount(pieces, minlength=self.count)
 
+    def _count_edges(self, domain: Domain, marks: Marks) -> Ints:
+        """Edges in each piece, those that fronts split in parts: the one at the tail, and one beyond each mark."""
+        one = np.flatnonzero(domain.twins < np.arange(len(domain.twins)))
+        split = np.flatnonzero(marks.halfedge != NONE)
+        forth = domain.twins[marks.halfedge[split]] < marks.halfedge[split]
+        # What lies right of a curve that comes in from an edge lies left of one that goes out by it.
+        last = np.flatnonzero(marks.face == NONE)
+        right, left = self.right.copy(), self.left.copy()
+        right[last], left[last] = self.left[marks.before[last]], self.right[marks.before[last]]
+        beyond = np.where(forth, right[split], left[split])
+        return self._tally(self.beside[one]) + self._tally(beyond)
 
-def _sides(
-    surface: SurfaceMesh, pieces: _Pieces, polylines: Polylines, n_origins: int
-) -> tuple[Ints, Ints, Bools, Bools]:
-    """For each side of each polyline: the polyline, the piece, whether it is its parent, whether on its left."""
-    origins = sides_of_origins(surface)
-    first = polylines.offsets[n_origins:-1] - polylines.offsets[n_origins]
-    child = n_origins + np.arange(len(first))
-    polyline = np.concatenate([origins.polyline, child, child])
-    piece = np.concatenate([pieces.beside[origins.halfedge], pieces.left[first], pieces.right[first]])
-    is_parent = np.arange(len(polyline)) < len(origins.polyline) + len(child)
+    def _count_open_sides(self, marks: Marks) -> Ints:
+        """Sides of open fronts along each piece: each counts for 1, those of closed ones for nothing."""
+        first = marks.after[np.flatnonzero(marks.face == NONE)]
+        return self._tally(self.left[first]) + self._tally(self.right[first])
+
+
+@dataclass(frozen=True, eq=False)
+class _PolylineSides:
+    """The sides of all polylines: those of cuts both as parents, those of borders once.
+
+    Parameters
+    ----------
+    polyline : (n,) int64
+    piece : (n,) int64
+        The piece of the surface on that side.
+    is_parent : (n,) bool
+        Whether the polyline is a parent of that piece.
+    is_left : (n,) bool
+        Whether the piece lies on its left.
+    """
+
+    polyline: Ints
+    piece: Ints
+    is_parent: Bools
+    is_left: Bools
+
+
+def _find_sides(surface: SurfaceMesh, pieces: _Pieces, polylines: Polylines, n_sources: int) -> _PolylineSides:
+    sources = sides_of_origins(surface)
+    first = polylines.offsets[n_sources:-1] - polylines.offsets[n_sources]
+    child = n_sources + np.arange(len(first))
+    polyline = np.concatenate([sources.polyline, child, child])
+    piece = np.concatenate([pieces.beside[sources.halfedge], pieces.left[first], pieces.right[first]])
+    is_parent = np.arange(len(polyline)) < len(sources.polyline) + len(child)
     is_left = is_parent.copy()
-    is_left[: len(origins.polyline)] = origins.is_left
-    return polyline, piece, is_parent, is_left
+    is_left[: len(sources.polyline)] = sources.is_left
+    return _PolylineSides(polyline, piece, is_parent, is_left)
 
 
-def _vertex_distances(
+def _measure_vertices(
     surface: SurfaceMesh,
     polylines: Polylines,
     distance: Floats,
     pieces: _Pieces,
-    polyline: Ints,
-    piece: Ints,
-    is_parent: Bools,
+    sides: _PolylineSides,
     spacing: float,
 ) -> Floats:
-    """Distance from the borders at every vertex: that of the parents of its band, and straight on from the nearest."""
+    """Distance (V,) from the sources at vertices: that of the nearest parent of the band, and straight on from there.
+
+    ``distance`` (P,) are those of the polylines.
+    """
     after = next_in_loop(polylines.offsets)
     step = spacing / _SAMPLES_PER_SPACING
     ragged = offsets_of(np.maximum(1, np.ceil(polylines.segment_lengths / step)))
@@ -198,12 +268,13 @@ def _vertex_distances(
     part = ((np.arange(ragged[-1]) - ragged[row]) / np.diff(ragged)[row])[:, None]
     samples = polylines.points[row] * (1 - part) + polylines.points[after[row]] * part
     owner = polylines.owner[row]
+    # The piece is a fourth coordinate, so far apart that only samples of the same piece are near.
     far = 4.0 * surface.size
     found = np.full(len(pieces.vertex), np.inf)
     for second in (False, True):  # A polyline is the parent of one band, a cut of two.
         side = np.full(len(polylines), NONE)
-        sides = np.flatnonzero(is_parent)[::-1] if second else np.flatnonzero(is_parent)
-        side[polyline[sides]] = piece[sides]
+        parents = np.flatnonzero(sides.is_parent)[::-1] if second else np.flatnonzero(sides.is_parent)
+        side[sides.polyline[parents]] = sides.piece[parents]
         tree = cKDTree(np.c_[samples, far * side[owner]], balanced_tree=False)
         away, nearest = tree.query(np.c_[surface.vertices[pieces.vertex], far * pieces.of_node])
         found = np.minimum(found, np.where(away < far / 2, distance[owner[nearest]] + away, np.inf))

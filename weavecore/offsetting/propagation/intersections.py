@@ -1,4 +1,20 @@
-"""Where curves meet: candidates are the segments in a common face, never all pairs."""
+r"""Where curves cross: the four-angle test (Yan et al. 2016, §4.3), and exact sides where it is in doubt.
+
+Seen on a reference plane, the segments ab and cd cross where they are the diagonals of a convex quadrilateral a c b d.
+The four angles of the quadrilateral then sum up to 2π; four points in any other position give less::
+
+           c
+          / \
+        a --+-- b        angle at a + at c + at b + at d = 2π
+          \ /
+           d
+
+The reference plane is that of the common face: only segments in one face are compared, so two sheets of a surface that
+lie close to each other in space are not taken for one.  The sum tends to 2π as well where segments just touch, or miss
+each other by a hair; there the sides on which the ends lie decide, in exact arithmetic where rounding could turn them.
+
+The time is linear in the segments and in the pairs of segments that share a face.
+"""
 
 from __future__ import annotations
 
@@ -7,23 +23,27 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, order_cycles, rows_of
-from weavecore.offsetting.propagation.curves import Curves, Ground
-from weavecore.offsetting.propagation.steps import Rays
+from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.offsetting.propagation.domain import Domain
+from weavecore.offsetting.propagation.offset_vertices import FrontRays
+from weavecore.offsetting.propagation.surface_curves import SurfaceCurves
+
+DOUBT = 1e-6
+"""Radians below 2π down to which the sum of the angles leaves a crossing possible; far above its rounding error."""
 
 _PAIRS_AT_ONCE = 1_000_000
+"""Pairs of segments compared in one block, which bounds the memory: some hundred bytes a pair."""
 
 
 @dataclass(frozen=True, eq=False)
-class Meetings:
+class Intersections:
     """Pairs of segments that cross.
 
     Parameters
     ----------
     first, second : (k,) int64
+        Both segments.
     on_first, on_second : (k,) float64
         Where on each, in 0 to 1.
     turns_left : (k,) bool
@@ -40,75 +60,97 @@ class Meetings:
         return len(self.first)
 
     @classmethod
-    def of(cls, parts: list[Meetings]) -> Meetings:
-        """One value of several."""
+    def concatenate(cls, parts: list[Intersections]) -> Intersections:
+        """All pairs of several values."""
         names = ("first", "second", "on_first", "on_second", "turns_left")
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-class _Segments:
-    """Segments in faces with their places in the plane of the face."""
+def find_intersections(domain: Domain, curves: SurfaceCurves) -> Intersections:
+    """Self-intersections (§4.3) and mutual intersections (§4.4) of curves.
 
-    def __init__(self, ground: Ground, face: Ints, start: Floats, end: Floats) -> None:
-        # Signs are taken of barycentric coordinates: these say exactly what lies on an edge.
+    Parameters
+    ----------
+    domain : Domain
+    curves : SurfaceCurves
+
+    Returns
+    -------
+    Intersections
+        Each crossing once, but not the common ends of segments that follow each other.
+    """
+    segments = _FaceSegments(domain, curves.face, curves.start, curves.end)
+    parts = []
+    for i, j in _pair_up(segments.face, segments.face):
+        apart = (i < j) & (curves.after[i] != j) & (curves.after[j] != i)
+        parts.append(_intersect(segments, i[apart], segments, j[apart]))
+    return Intersections.concatenate(parts)
+
+
+def find_intersections_with(domain: Domain, curves: SurfaceCurves, others: SurfaceCurves) -> Intersections:
+    """Where curves cross other curves.
+
+    Parameters
+    ----------
+    domain : Domain
+    curves, others : SurfaceCurves
+
+    Returns
+    -------
+    Intersections
+        First segments of the curves, second ones of the others.
+    """
+    ours = _FaceSegments(domain, curves.face, curves.start, curves.end)
+    theirs = _FaceSegments(domain, others.face, others.start, others.end)
+    return Intersections.concatenate([_intersect(ours, i, theirs, j) for i, j in _pair_up(ours.face, theirs.face)])
+
+
+def find_ray_intersections(domain: Domain, rays: FrontRays, curves: SurfaceCurves) -> Intersections:
+    """Where rays cross curves.
+
+    Parameters
+    ----------
+    domain : Domain
+    rays : FrontRays
+    curves : SurfaceCurves
+
+    Returns
+    -------
+    Intersections
+        First segments of the rays' walks, second ones of the curves.
+    """
+    walks = rays.walks
+    ours = _FaceSegments(domain, walks.face, walks.start, walks.end)
+    theirs = _FaceSegments(domain, curves.face, curves.start, curves.end)
+    return Intersections.concatenate([_intersect(ours, i, theirs, j) for i, j in _pair_up(ours.face, theirs.face)])
+
+
+class _FaceSegments:
+    """Segments in faces: in barycentric coordinates, and in the planes of the faces.
+
+    Parameters
+    ----------
+    domain : Domain
+    face : (m,) int64
+    start, end : (m, 3) float64
+        Barycentric coordinates of both ends.
+    """
+
+    def __init__(self, domain: Domain, face: Ints, start: Floats, end: Floats) -> None:
+        # Sides are taken in barycentric coordinates, in which what lies on an edge lies on an axis, exactly.
         self.face, self.start, self.end = face, start[:, 1:], end[:, 1:]
         self.low = np.minimum(self.start, self.end)
         self.high = np.maximum(self.start, self.end)
-        self.flat_start, self.flat_end = ground.flat(face, start), ground.flat(face, end)
+        self.plane_start, self.plane_end = domain.plane_points(face, start), domain.plane_points(face, end)
 
-    def overlap(self, i: Ints, other: _Segments, j: Ints) -> Bools:
-        """Whether the boxes around segments overlap."""
+    def overlap(self, i: Ints, other: _FaceSegments, j: Ints) -> Bools:
+        """Whether the boxes (k,) around segments overlap."""
         apart = (self.low[i] > other.high[j]) | (other.low[j] > self.high[i])
         return np.asarray(~apart.any(axis=1))
 
 
-def meet_themselves(ground: Ground, curves: Curves) -> Meetings:
-    """All self-intersections and mutual intersections of curves; each once."""
-    segments = _Segments(ground, curves.face, curves.start, curves.end)
-    parts = []
-    for i, j in _candidates(segments.face, segments.face):
-        apart = (i < j) & (curves.after[i] != j) & (curves.after[j] != i)
-        parts.append(_meet(segments, i[apart], segments, j[apart]))
-    return Meetings.of(parts)
-
-
-def curves_meet(ground: Ground, curves: Curves, others: Curves) -> Meetings:
-    """Where curves cross others."""
-    ours = _Segments(ground, curves.face, curves.start, curves.end)
-    theirs = _Segments(ground, others.face, others.start, others.end)
-    return Meetings.of([_meet(ours, i, theirs, j) for i, j in _candidates(ours.face, theirs.face)])
-
-
-def rays_meet(ground: Ground, rays: Rays, curves: Curves) -> Meetings:
-    """Where rays, named by their segments, cross curves."""
-    walks = rays.walks
-    ours = _Segments(ground, walks.face, walks.start, walks.end)
-    theirs = _Segments(ground, curves.face, curves.start, curves.end)
-    return Meetings.of([_meet(ours, i, theirs, j) for i, j in _candidates(ours.face, theirs.face)])
-
-
-def _meet(one: _Segments, i: Ints, other: _Segments, j: Ints) -> Meetings:
-    near = one.overlap(i, other, j)
-    i, j = i[near], j[near]
-    crosses = _cross(one, i, other, j)
-    i, j = i[crosses], j[crosses]
-    a, b, c, d = one.start[i], one.end[i], other.start[j], other.end[j]
-    on_first, on_second = places_of_crossing(a, b, c, d)
-    u, v = b - a, d - c
-    return Meetings(i, j, on_first, on_second, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] > 0)
-
-
-def _cross(one: _Segments, i: Ints, other: _Segments, j: Ints) -> Bools:
-    """The sum of four angles in the plane of the face, then sides by barycentric coordinates where it is full."""
-    angles = sum_of_four_angles(one.flat_start[i], one.flat_end[i], other.flat_start[j], other.flat_end[j])
-    crosses = angles > 2 * np.pi - DOUBT
-    n = np.flatnonzero(crosses)
-    crosses[n] = ends_on_opposite_sides(one.start[i[n]], one.end[i[n]], other.start[j[n]], other.end[j[n]])
-    return crosses
-
-
-def _candidates(faces: Ints, other_faces: Ints) -> Iterator[tuple[Ints, Ints]]:
-    """Pairs of an element of each that lie in one face, in blocks; at least one block."""
+def _pair_up(faces: Ints, other_faces: Ints) -> Iterator[tuple[Ints, Ints]]:
+    """Pairs of elements of both that lie in one face, in blocks; at least one block."""
     order = np.argsort(other_faces, kind="stable")
     ordered = other_faces[order]
     first = np.searchsorted(ordered, faces, side="left")
@@ -126,25 +168,62 @@ def _candidates(faces: Ints, other_faces: Ints) -> Iterator[tuple[Ints, Ints]]:
             return
 
 
-# ----------------------------------------------------------------------
-# Whether two segments cross: the sum of four angles (Yan et al. 2016, §4.3), and who decides in doubt.
-#
-# Seen on a reference plane, the segments ab and cd cross where they are the diagonals of a convex
-# quadrilateral a c b d.  Its four inner angles sum up to 2π; four points in any other position give less.
-# The sum tends to 2π as well where the segments just touch, or miss each other by a hair: there
-# the sides on which the ends lie decide, in exact arithmetic where rounding could turn them.
+def _intersect(one: _FaceSegments, i: Ints, other: _FaceSegments, j: Ints) -> Intersections:
+    """The pairs (k,) of segments that cross."""
+    near = one.overlap(i, other, j)
+    i, j = i[near], j[near]
+    crosses = _cross(one, i, other, j)
+    i, j = i[crosses], j[crosses]
+    a, b, c, d = one.start[i], one.end[i], other.start[j], other.end[j]
+    on_first, on_second = locate_crossings(a, b, c, d)
+    u, v = b - a, d - c
+    return Intersections(i, j, on_first, on_second, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] > 0)
 
-DOUBT = 1e-6
-"""Radians below 2π down to which the sum of the angles leaves a crossing possible."""
+
+def _cross(one: _FaceSegments, i: Ints, other: _FaceSegments, j: Ints) -> Bools:
+    """The four-angle test (§4.3) in the plane of the face, then sides by barycentric coordinates where it is full."""
+    angles = sum_of_four_angles(one.plane_start[i], one.plane_end[i], other.plane_start[j], other.plane_end[j])
+    crosses = angles > 2 * np.pi - DOUBT
+    n = np.flatnonzero(crosses)
+    crosses[n] = ends_on_opposite_sides(one.start[i[n]], one.end[i[n]], other.start[j[n]], other.end[j[n]])
+    return crosses
+
+
+# ----------------------------------------------------------------------
+# The four-angle test of §4.3 on a plane.
+
+
+def segments_cross(a: Floats, b: Floats, c: Floats, d: Floats) -> Bools:
+    """Which of the segments ab and cd cross: the four-angle test first, then the sides.
+
+    Parameters
+    ----------
+    a, b, c, d : (n, 2) float64
+        Ends of the segments on the reference plane.
+
+    Returns
+    -------
+    (n,) bool
+        A point on a line counts as left of it.
+    """
+    crosses = sum_of_four_angles(a, b, c, d) > 2 * np.pi - DOUBT
+    n = np.flatnonzero(crosses)
+    crosses[n] = ends_on_opposite_sides(a[n], b[n], c[n], d[n])
+    return crosses
 
 
 def sum_of_four_angles(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
-    """Sum (n,) of the angles at the corners of the quadrilaterals a c b d, each between 0 and π.
+    """Sum of the angles at the corners of the quadrilaterals a c b d (Yan et al. 2016, §4.3, Figure 6).
 
     Parameters
     ----------
     a, b, c, d : (n, 2) float64
         Ends of the segments ab and cd on the reference plane.
+
+    Returns
+    -------
+    (n,) float64
+        Radians, each angle taken between 0 and π; 2π where the segments cross.
     """
     total = np.zeros(len(a))
     for before, at, after in ((d, a, c), (a, c, b), (c, b, d), (b, d, a)):
@@ -153,22 +232,46 @@ def sum_of_four_angles(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
     return total
 
 
-def sides_of(a: Floats, b: Floats, points: Floats) -> Ints:
-    """On which side of the lines from a to b points lie: 1 left, -1 right; on the line counts as left.
+def ends_on_opposite_sides(a: Floats, b: Floats, c: Floats, d: Floats) -> Bools:
+    """Whether each of two segments has its ends on both sides of the other's line.
 
-    The sign is that of the exact value of the coordinates given.
+    Parameters
+    ----------
+    a, b, c, d : (n, 2) float64
+        Ends of the segments ab and cd.
+
+    Returns
+    -------
+    (n,) bool
     """
-    sides, is_sure = _sides_in(np.float64, a, b, points)
+    return np.asarray((find_sides(a, b, c) != find_sides(a, b, d)) & (find_sides(c, d, a) != find_sides(c, d, b)))
+
+
+def find_sides(a: Floats, b: Floats, points: Floats) -> Ints:
+    """On which sides of lines points lie, exactly: the sign is that of the coordinates as they are stored.
+
+    Parameters
+    ----------
+    a, b : (n, 2) float64
+        The lines run from a to b.
+    points : (n, 2) float64
+
+    Returns
+    -------
+    (n,) int64
+        1 left, -1 right; a point on the line counts as left.
+    """
+    sides, is_sure = _find_sides_in(np.float64, a, b, points)
     rest = np.flatnonzero(~is_sure)
-    # Where the machine has longer numbers these tell nearly all of the rest apart.
-    sides[rest], is_sure = _sides_in(np.longdouble, a[rest], b[rest], points[rest])
+    # Where the machine has longer numbers these decide nearly all of the rest.
+    sides[rest], is_sure = _find_sides_in(np.longdouble, a[rest], b[rest], points[rest])
     for k in rest[~is_sure].tolist():
         (ax, ay), (bx, by), (px, py) = (tuple(map(Fraction, q[k].tolist())) for q in (a, b, points))
         sides[k] = 1 if (bx - ax) * (py - ay) >= (by - ay) * (px - ax) else -1
     return sides
 
 
-def _sides_in(kind: type, a: Floats, b: Floats, points: Floats) -> tuple[Ints, Bools]:
+def _find_sides_in(kind: type, a: Floats, b: Floats, points: Floats) -> tuple[Ints, Bools]:
     """The sides by numbers of a kind, and where rounding cannot have turned them."""
     a, b, points = a.astype(kind), b.astype(kind), points.astype(kind)
     u, v = b - a, points - a
@@ -181,167 +284,22 @@ def _sides_in(kind: type, a: Floats, b: Floats, points: Floats) -> tuple[Ints, B
     return np.where(one >= other, 1, -1), np.asarray(in_line | (np.abs(one - other) > bound))
 
 
-def ends_on_opposite_sides(a: Floats, b: Floats, c: Floats, d: Floats) -> Bools:
-    """Whether each of the segments ab and cd (n, 2) has its ends on both sides of the other."""
-    return np.asarray((sides_of(a, b, c) != sides_of(a, b, d)) & (sides_of(c, d, a) != sides_of(c, d, b)))
+def locate_crossings(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Floats, Floats]:
+    """Where segments that cross do so.
 
+    Parameters
+    ----------
+    a, b, c, d : (n, 2) float64
+        Ends of the segments ab and cd.
 
-def segments_cross(a: Floats, b: Floats, c: Floats, d: Floats) -> Bools:
-    """Which of the segments ab and cd (n, 2) cross: the sum of four angles first, then the sides."""
-    crosses = sum_of_four_angles(a, b, c, d) > 2 * np.pi - DOUBT
-    n = np.flatnonzero(crosses)
-    crosses[n] = ends_on_opposite_sides(a[n], b[n], c[n], d[n])
-    return crosses
-
-
-def places_of_crossing(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """Where on ab and where on cd, in 0 to 1, segments that cross do so."""
+    Returns
+    -------
+    on_first, on_second : (n,) float64
+        Parts of ab and of cd, in 0 to 1.
+    """
     u, v, w = b - a, d - c, c - a
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     area = np.where(area == 0, np.finfo(float).tiny, area)
     on_first = (w[:, 0] * v[:, 1] - w[:, 1] * v[:, 0]) / area
     on_second = (w[:, 0] * u[:, 1] - w[:, 1] * u[:, 0]) / area
     return np.clip(on_first, 0.0, 1.0), np.clip(on_second, 0.0, 1.0)
-
-
-# ----------------------------------------------------------------------
-# Taking the intersections of the children apart: regrouping (Yan et al. 2016, §4.3 and §4.4).
-#
-# Where A_i A_i+1 crosses A_j A_j+1 the curve goes on from A_i to A_j+1 and from A_j to A_i+1: one
-# polyline becomes two where it crossed itself, two become one where they crossed each other.
-# Both are the same exchange of followers.  It is made at the very place of the crossing, so
-# that no new segment comes up that could cross others: each exchange takes one crossing away and
-# adds none, and the process ends after as many exchanges as there were crossings, in any order.
-#
-# What comes out are simple loops.  Of the two strands at a crossing one has turned left and one right.
-# Counting how many times the fronts lie on one's right, the place left of the first strand is one
-# higher than the place left of the second; so the loops that hang together by crossings have
-# *heights*, and those that bound what no front has covered yet are all equally high.
-
-
-@dataclass(frozen=True, eq=False)
-class Regrouped:
-    """Simple loops, and how they hung together.
-
-    Parameters
-    ----------
-    curves : Curves
-    group : (C,) int64
-        Loops that hung together by crossings have the same.
-    height : (C,) int64
-        Within its group: how many more fronts lie on the right of a loop than of others.
-    segment : (m,) int64
-        The segment of the raw curves that each segment is a part of.
-    first, last : (m,) float64
-        Which part of it.
-    """
-
-    curves: Curves
-    group: Ints
-    height: Ints
-    segment: Ints
-    first: Floats
-    last: Floats
-
-
-def regroup(ground: Ground, raw: Curves, meetings: Meetings) -> Regrouped:
-    """Exchange followers at every crossing.
-
-    Parameters
-    ----------
-    raw : Curves
-    meetings : Meetings
-        All crossings of the raw curves.
-    """
-    n, k = len(raw.face), len(meetings)
-    # Each crossing cuts two segments; cut 2k lies on the first, cut 2k + 1 on the second.
-    cut_segment = np.stack([meetings.first, meetings.second], axis=1).ravel()
-    cut_place = np.stack([meetings.on_first, meetings.on_second], axis=1).ravel()
-    order = np.lexsort((cut_place, cut_segment))
-    counts = np.bincount(cut_segment, minlength=n) + 1
-    offsets = offsets_of(counts)
-    segment = rows_of(offsets)
-    # The piece that begins at each cut, and the cut with which each piece begins.
-    begins = np.empty(2 * k, np.int64)
-    begins[order] = offsets[cut_segment[order]] + 1 + np.arange(2 * k) - offsets_of(counts - 1)[cut_segment[order]]
-    is_cut = np.zeros(len(segment), bool)
-    is_cut[begins] = True
-    first = np.zeros(len(segment))
-    first[begins] = cut_place
-    after = np.arange(1, len(segment) + 1)
-    ends_at_node = np.ones(len(segment), bool)
-    ends_at_node[begins - 1] = False
-    after[ends_at_node] = offsets[next_in_loop(raw.offsets)[segment[ends_at_node]]]
-    is_end = np.zeros(len(segment), bool)
-    is_end[offsets[raw.offsets[1:][~raw.closed] - 1]] = True
-    last = np.ones(len(segment))
-    last[begins - 1] = cut_place
-    partner = np.arange(2 * k) ^ 1
-    after[begins - 1] = begins[partner]
-    start = raw.start[segment] * (1 - first)[:, None] + raw.end[segment] * first[:, None]
-    # Both strands at a crossing pass the same place, to the last bit.
-    start[begins[1::2]] = start[begins[0::2]]
-    end = raw.end[segment].copy()
-    end[begins - 1] = start[begins]
-
-    loop_order, loop_offsets, closed = _order_loops(after, is_end)
-    loop = np.empty(len(segment), np.int64)
-    loop[loop_order] = rows_of(loop_offsets)
-    group, height = _heights(loop, begins, meetings, len(loop_offsets) - 1)
-    curves = Curves(
-        loop_offsets,
-        closed,
-        raw.face[segment][loop_order],
-        start[loop_order],
-        end[loop_order],
-        (is_cut | raw.is_vertex[segment])[loop_order],
-        is_cut[loop_order],
-        ground.points(raw.face[segment], start)[loop_order],
-    )
-    return Regrouped(curves, group, height, segment[loop_order], first[loop_order], last[loop_order])
-
-
-def _order_loops(after: Ints, is_end: Bools) -> tuple[Ints, Ints, Bools]:
-    """Pieces in order, the offsets of the loops, and which are closed: behind an end begins an open one."""
-    order, offsets = order_cycles(after)
-    if not is_end.any():
-        return order, offsets, np.ones(len(offsets) - 1, bool)
-    cycle, row = rows_of(offsets), np.arange(len(order))
-    first = offsets[:-1].copy()
-    ends = np.flatnonzero(is_end[order])
-    first[cycle[ends]] = ends + 1
-    turned = np.lexsort(((row - first[cycle]) % np.diff(offsets)[cycle], cycle))
-    order = order[turned]
-    heads = np.unique(np.concatenate([offsets[:-1], np.flatnonzero(is_end[order]) + 1]))
-    offsets = heads[heads < len(order)]
-    offsets = np.append(offsets, len(order)).astype(np.int64)
-    return order, offsets, ~is_end[order[offsets[1:] - 1]]
-
-
-def _heights(loop: Ints, begins: Ints, meetings: Meetings, n_loops: int) -> tuple[Ints, Ints]:
-    """Group and height of every loop.
-
-    The strand that comes in on the first segment and goes out on the second has turned left where
-    the second runs to the left of the first: it is the higher one.
-    """
-    in_first = loop[begins[0::2] - 1]
-    in_second = loop[begins[1::2] - 1]
-    high = np.where(meetings.turns_left, in_first, in_second)
-    low = np.where(meetings.turns_left, in_second, in_first)
-    links = coo_matrix((np.ones(len(high)), (high, low)), shape=(n_loops, n_loops)).tocsr()
-    _, group = connected_components(links, directed=False)
-    rise = {}
-    for a, b in zip(high.tolist(), low.tolist()):
-        rise[a, b], rise[b, a] = 1, -1
-    height = np.zeros(n_loops, np.int64)
-    _, roots, sizes = np.unique(group, return_index=True, return_counts=True)
-    for root in roots[sizes > 1].tolist():
-        walk, before = breadth_first_order(links, root, directed=False)
-        for at in walk[1:].tolist():
-            height[at] = height[before[at]] + rise[int(at), int(before[at])]
-    return group.astype(np.int64), height
-
-
-def lengths_of(curves: Curves) -> Floats:
-    """(C,) length of each curve."""
-    return np.bincount(curves.owner, curves.lengths, minlength=len(curves)).astype(np.float64)

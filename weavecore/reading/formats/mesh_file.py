@@ -1,7 +1,10 @@
-"""Mesh files: .obj, .off, .ply, .stl, each read by its own reader, none of which guesses.
+"""Mesh files by ending: .obj, .off, .ply, .stl.
 
-The readers take the bytes of the file and give a `RawMesh` in the numbering of the file, so that what is
-wrong can be named as the user knows it.
+Each format has a reader that takes the bytes of the file and gives a `RawMesh` in the numbering of the file, so that
+errors name faces and vertices as the user knows them.  None of them guesses: a file that contradicts itself is
+refused.  trimesh reads these formats too, but takes many damaged files for valid or empty meshes, splits polygons of
+more than four corners without regard to concave corners, and its errors have no types that separate a damaged file
+from a fault.
 """
 
 from __future__ import annotations
@@ -23,12 +26,27 @@ from weavecore.reading.raw import RawMesh
 MESH_READERS: Mapping[str, Callable[[bytes], RawMesh]] = MappingProxyType(
     {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
 )
+"""The reader of each ending."""
+
 MOST_BYTES = 1 << 30
+"""Largest file that is read, 1 GB: some 20 million faces, and several times that in memory."""
+
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""UTF-8 mark that some programs put before the text."""
 
 
 def read_mesh_file(path: PathLike) -> RawMesh:
     """Read a mesh file by its ending.
+
+    Parameters
+    ----------
+    path : path
+        Ends with one of `MESH_READERS`, in upper or lower case.
+
+    Returns
+    -------
+    RawMesh
+        Named after the file.
 
     Raises
     ------
@@ -41,7 +59,11 @@ def read_mesh_file(path: PathLike) -> RawMesh:
         raw = MESH_READERS[file.suffix.lower()](data)
     except WeaveError:
         raise
-    except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:
+    except MemoryError as error:
+        raise TooMuchWork(
+            f"The memory does not suffice to read {path}", remedy="Export the surface with fewer faces, or by itself."
+        ) from error
+    except (ArithmeticError, ValueError) as error:
         raise Unreadable(f"{path} is damaged ({error})", remedy="Export the file again.") from error
     if len(raw.faces) == 0:
         raise NoSurface(
@@ -52,7 +74,15 @@ def read_mesh_file(path: PathLike) -> RawMesh:
 
 
 def read_bytes(path: PathLike) -> bytes:
-    """All of a file.
+    """All bytes of a file.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    bytes
 
     Raises
     ------
@@ -62,11 +92,15 @@ def read_bytes(path: PathLike) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise Unreadable(f"{path} cannot be read: {error.strerror}", remedy="Look at the file's rights.") from error
+        raise Unreadable(f"{path} cannot be read: {error.strerror}", remedy="Check the file permissions.") from error
 
 
 def check_file(path: PathLike) -> None:
-    """Refuse what is missing, no file, empty or too large to be read.
+    """Refuse a path that is missing, not a file, empty or too large.
+
+    Parameters
+    ----------
+    path : path
 
     Raises
     ------
@@ -74,13 +108,13 @@ def check_file(path: PathLike) -> None:
     """
     file = Path(path)
     if not file.is_file():
-        what = "is no file" if file.exists() else "does not exist"
-        raise Unreadable(f"{path} {what}", remedy="Look at the name and the folder.")
+        what = "is not a file" if file.exists() else "does not exist"
+        raise Unreadable(f"{path} {what}", remedy="Check the path.")
     size = file.stat().st_size
     if size == 0:
         raise Unreadable(f"{path} is empty", remedy="Export the file again.")
     if size > MOST_BYTES:
         raise TooMuchWork(
-            f"{path} has {size / 2**30:.1f} GB, and at most {MOST_BYTES >> 30} GB are read",
+            f"{path} has {size / 2**30:.1f} GB, more than the limit of {MOST_BYTES >> 30} GB",
             remedy="Export the surface with fewer faces, or by itself.",
         )

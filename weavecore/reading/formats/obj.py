@@ -1,4 +1,7 @@
-"""Wavefront .obj: vertices and faces with any number of corners; the rest is passed over."""
+"""Wavefront .obj: vertices and faces with any number of corners; all else is ignored.
+
+Lines ``v x y z …`` and ``f a/… b/… c/… …``; a backslash continues a line.  Linear in the bytes.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,15 @@ def read_obj(data: bytes) -> RawMesh:
     Corners count from 1; negative ones count back from the last vertex above their line.
     Faces are numbered in the order of their lines, from 0.
 
+    Parameters
+    ----------
+    data : bytes
+        All of the file.
+
+    Returns
+    -------
+    RawMesh
+
     Raises
     ------
     Unreadable, BadIndex, Unsupported
@@ -23,7 +35,7 @@ def read_obj(data: bytes) -> RawMesh:
     if b"\\\n" in data or b"\\\r\n" in data:
         data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
     lines = [line.strip().replace(b"\t", b" ") for line in data.splitlines()]
-    points = to_points([line[2:] for line in lines if line[:2] == b"v "], "vertex")
+    vertices = to_points([line[2:] for line in lines if line[:2] == b"v "], "vertex")
     face_lines = [line[2:] for line in lines if line[:2] == b"f "]
     words = b" ".join(face_lines).split()
     if any(b"/" in line for line in face_lines):
@@ -31,13 +43,13 @@ def read_obj(data: bytes) -> RawMesh:
     counts = np.array([len(line.split()) for line in face_lines], np.int64)
     corners = to_ints(words, "face")
     if (corners == 0).any():
-        raise damaged("A face names vertex 0, and vertices count from 1")
+        raise damaged("A face refers to vertex 0, but vertices are numbered from 1")
     if (corners < 0).any():
         above = np.repeat(_vertices_above(lines), counts)
         corners = np.where(corners < 0, above + corners, corners - 1)
     else:
         corners = corners - 1
-    return mesh_of_polygons(points, corners, counts)
+    return mesh_of_polygons(vertices, corners, counts)
 
 
 def _vertices_above(lines: list[bytes]) -> Ints:

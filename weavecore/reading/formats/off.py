@@ -1,4 +1,7 @@
-"""Object file format .off, as text: OFF, COFF, NOFF, STOFF and their mixtures."""
+"""Object file format .off, as text: OFF, COFF, NOFF, STOFF and their mixtures.
+
+A header with the counts, then a line for each vertex and for each face; ``#`` begins a comment.  Linear in the bytes.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,16 @@ from weavecore.reading.raw import RawMesh
 
 
 def read_off(data: bytes) -> RawMesh:
-    """The mesh of the file; colours and normals are passed over.
+    """The mesh of the file; colours and normals are ignored.
+
+    Parameters
+    ----------
+    data : bytes
+        All of the file.
+
+    Returns
+    -------
+    RawMesh
 
     Raises
     ------
@@ -25,10 +37,10 @@ def read_off(data: bytes) -> RawMesh:
     lines = [line for line in (raw.strip() for raw in data.splitlines()) if line]
     n_vertices, n_faces, first = _header(lines)
     if first + n_vertices + n_faces > len(lines):
-        raise damaged(f"The header promises {n_vertices} vertices and {n_faces} faces, and the file has less")
-    points = to_points(lines[first : first + n_vertices], "vertex")
+        raise damaged(f"The header announces {n_vertices} vertices and {n_faces} faces, but the file has fewer")
+    vertices = to_points(lines[first : first + n_vertices], "vertex")
     corners, counts = _polygons(lines[first + n_vertices : first + n_vertices + n_faces])
-    return mesh_of_polygons(points, corners, counts)
+    return mesh_of_polygons(vertices, corners, counts)
 
 
 def _header(lines: list[bytes]) -> tuple[int, int, int]:
@@ -43,10 +55,10 @@ def _header(lines: list[bytes]) -> tuple[int, int, int]:
         )
     counts, first = (words[1:], 1) if len(words) > 1 else (lines[1].split() if len(lines) > 1 else [], 2)
     if len(counts) < 2:
-        raise damaged("The header does not say how many vertices and faces there are")
+        raise damaged("The header lacks the numbers of vertices and faces")
     n_vertices, n_faces = to_ints(counts[:2], "header").tolist()
     if n_vertices < 0 or n_faces < 0:
-        raise damaged("The header promises less than nothing")
+        raise damaged("The header has negative counts")
     return n_vertices, n_faces, first
 
 
@@ -56,6 +68,6 @@ def _polygons(lines: list[bytes]) -> tuple[Ints, Ints]:
     counts = to_ints([row[0] for row in rows], "face")
     short = np.flatnonzero(np.array([len(row) for row in rows], np.int64) < counts + 1)
     if len(short) or (counts < 0).any():
-        raise damaged("A face has less corners than it says")
+        raise damaged("A face has fewer corners than its count")
     words = [word for row, n in zip(rows, counts.tolist()) for word in row[1 : n + 1]]
     return to_ints(words, "face"), counts

@@ -1,6 +1,8 @@
 """Polygon file format .ply, as text or binary, with faces of any number of corners.
 
-A *property* of an element is one number, or a list with its length before it.
+A header lists *elements* (vertex, face, …) with their counts and *properties*; a property is one number, or a list
+with its length before it.  The body has the elements in that order.  Binary elements whose lists all have one length
+are read as a table; others are walked through one by one.  Linear in the bytes.
 """
 
 from __future__ import annotations
@@ -26,7 +28,10 @@ _TYPES = {
     **dict.fromkeys(("float", "float32"), "f4"),
     **dict.fromkeys(("double", "float64"), "f8"),
 }
+"""NumPy types of the names of numbers in headers."""
+
 _FACE_LISTS = ("vertex_indices", "vertex_index")
+"""Names of the property that lists the corners of a face."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,16 @@ class _Element:
 
 
 def read_ply(data: bytes) -> RawMesh:
-    """The mesh of the file; colours, normals and other elements are passed over.
+    """The mesh of the file; colours, normals and other elements are ignored.
+
+    Parameters
+    ----------
+    data : bytes
+        All of the file.
+
+    Returns
+    -------
+    RawMesh
 
     Raises
     ------
@@ -58,18 +72,18 @@ def read_ply(data: bytes) -> RawMesh:
     """
     order, elements, start = _header(data)
     reader = _TextBody(data[start:]) if order == "" else _BinaryBody(data, start, order)
-    points, epsilon = np.empty((0, 3)), DOUBLE
+    vertices, epsilon = np.empty((0, 3)), DOUBLE
     corners, counts = np.empty(0, np.int64), np.empty(0, np.int64)
     for element in elements:
         if element.name == "vertex":
-            points, epsilon = reader.points(element), _epsilon(element, order)
+            vertices, epsilon = reader.vertices(element), _epsilon(element, order)
         elif element.name == "face":
             corners, counts = reader.lists(element, element.index_of(_FACE_LISTS))
         else:
             reader.skip(element)
-        if len(points) and len(counts):
+        if len(vertices) and len(counts):
             break
-    return mesh_of_polygons(points, corners, counts, epsilon=epsilon)
+    return mesh_of_polygons(vertices, corners, counts, epsilon=epsilon)
 
 
 def _epsilon(element: _Element, order: str) -> float:
@@ -80,7 +94,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
     """Byte order ("" for text), the elements, and where the body begins."""
     end = data.find(b"end_header")
     if data[:3] != b"ply" or end < 0:
-        raise damaged("The file has no header of a .ply")
+        raise damaged("The file does not have the header of a .ply")
     start = data.find(b"\n", end) + 1 or len(data)
     order, elements = None, list[_Element]()
     for line in data[:end].decode("ascii", "replace").splitlines()[1:]:
@@ -95,7 +109,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
         elif words and words[0] not in ("comment", "obj_info"):
             raise damaged(f"The header has a line {line[:60]!r}")
     if order is None:
-        raise damaged("The header names no format that is known")
+        raise damaged("The header names an unknown format")
     return order, elements, start
 
 
@@ -117,13 +131,13 @@ class _TextBody:
     def skip(self, element: _Element) -> None:
         self._rows(element)
 
-    def points(self, element: _Element) -> Floats:
+    def vertices(self, element: _Element) -> Floats:
         columns = [element.index_of((axis,)) for axis in "xyz"]
         if any(p.length_kind for p in element.properties[: max(columns)]):
-            raise damaged("A list stands before the coordinates of the vertices")
+            raise damaged("The vertices have a list before their coordinates")
         rows = [line.split() for line in self._rows(element)]
         if any(len(row) <= max(columns) for row in rows):
-            raise damaged("A vertex has less than three coordinates")
+            raise damaged("A vertex has fewer than three coordinates")
         return to_floats([row[k] for row in rows for k in columns], "vertex").reshape(-1, 3)
 
     def lists(self, element: _Element, which: int) -> tuple[Ints, Ints]:
@@ -134,16 +148,16 @@ class _TextBody:
                 begins = [at + (1 + int(row[at]) if p.length_kind else 1) for at, row in zip(begins, rows)]
             counts = to_ints([row[at] for at, row in zip(begins, rows)], "face")
         except (IndexError, ValueError):
-            raise damaged("A face has less numbers than the header says") from None
+            raise damaged("A face has fewer numbers than the header announces") from None
         words = [row[at + 1 : at + 1 + n] for at, row, n in zip(begins, rows, counts.tolist())]
         if any(len(found) != n for found, n in zip(words, counts.tolist())):
-            raise damaged("A face has less corners than it says")
+            raise damaged("A face has fewer corners than its count")
         return to_ints([word for found in words for word in found], "face"), counts
 
     def _rows(self, element: _Element) -> list[bytes]:
         rows = self._lines[self._at : self._at + element.count]
         if len(rows) < element.count:
-            raise damaged(f"The header promises {element.count} elements {element.name!r}, and the file has less")
+            raise damaged(f"The header announces {element.count} elements {element.name!r}, but the file has fewer")
         self._at += element.count
         return rows
 
@@ -164,7 +178,7 @@ class _BinaryBody:
         else:
             self._table(element)
 
-    def points(self, element: _Element) -> Floats:
+    def vertices(self, element: _Element) -> Floats:
         if any(p.length_kind for p in element.properties):
             raise damaged("The vertices have lists")
         table = self._table(element)
@@ -226,23 +240,23 @@ class _BinaryBody:
                     counts.append(n)
                 self._at += n * size
         if self._at > len(self._data):
-            raise damaged("The file breaks off")
+            raise damaged("The file is truncated")
         return np.array(begins, np.int64), np.array(counts, np.int64)
 
     def _number(self, at: int, kind: str) -> int:
         dtype = np.dtype(self._order + kind)
         if at + dtype.itemsize > len(self._data):
-            raise damaged("The file breaks off")
+            raise damaged("The file is truncated")
         n = int(self._data[at : at + dtype.itemsize].view(dtype)[0])
         if n < 0:
-            raise damaged("A list is shorter than nothing")
+            raise damaged("A list has a negative length")
         return n
 
     def _table(self, element: _Element) -> NDArray[np.void]:
         row = self._row_type(element, {})
         size = row.itemsize * element.count
         if self._at + size > len(self._data):
-            raise damaged(f"The header promises {element.count} elements {element.name!r}, and the file has less")
+            raise damaged(f"The header announces {element.count} elements {element.name!r}, but the file has fewer")
         table: NDArray[np.void] = self._data[self._at : self._at + size].view(row)
         self._at += size
         return table

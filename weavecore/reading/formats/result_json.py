@@ -1,7 +1,8 @@
-"""The JSON result, read back to the last value of the stage that wrote it.
+"""The JSON result, read back to the value of the last stage that wrote it.
 
-Nothing in the file is believed: every index is checked against what it names and every number for being finite,
-before either is used.
+Nothing in the file is trusted: `ResultPart` wraps each JSON object and checks every value when it is taken, indices
+against what they refer to and numbers for being finite.  Values that follow from others, as the points of rod axes
+from nodes and layer offsets, are computed again.  Linear in the bytes.
 """
 
 from __future__ import annotations
@@ -36,31 +37,49 @@ from weavecore.model import (
     SurfaceMesh,
     Weave,
 )
+from weavecore.model.rod_axes import tip_parameters
 
 FORMAT, VERSION = "weavecore", 1
+"""What every result says of itself; `VERSION` rises when keys change their meaning."""
+
 
 Result = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
 
+_TINY = float(np.finfo(float).tiny)
+"""Least positive number: a length must not be 0."""
+
+
+_FROM_NODE = 1e-6
+"""An axis may miss the points of its strand by this part of the size of the lattice: far above rounding in JSON."""
+
+_REMEDY = "The file is damaged, or another version wrote it: weave again with this version of weavecore."
+
+_BEYOND = 1e100
+"""Numbers of this size and more are refused: squares and products of lesser ones are finite."""
+
+_WORDS = {"fiu": "a number", "iu": "a whole number", "b": "true or false"}
+"""What the kinds of NumPy types are called in errors."""
+
 
 def read_result(path: PathLike) -> Result:
-    """Read a JSON result: what was exported is returned, value for value.
+    """Read a JSON result: the value that was exported is returned, number for number.
 
     Parameters
     ----------
     path : path
-        What ``export`` or ``weavecore weave --json`` wrote.
+        Written by ``export`` or ``weavecore weave --json``.
 
     Returns
     -------
     SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
-        The last stage that the file has.
+        The last stage in the file.
 
     Raises
     ------
     Unreadable
-        Where the file is missing, is no JSON, breaks off or contradicts itself.
+        Where the file is missing, not JSON, truncated or contradictory.
     Unsupported
-        Where it is no result of weavecore, or of a later version.
+        Where it is not a result of weavecore, or of a later version.
     BadIndex, NonFinite, Degenerate, NonManifold
     """
     return decode_result(_read_bytes(path))
@@ -68,6 +87,16 @@ def read_result(path: PathLike) -> Result:
 
 def read_weave(path: PathLike) -> tuple[Weave, bytes]:
     """Read a JSON result that has a weave, and give the bytes of the file with it.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    weave : Weave
+    content : bytes
+        All of the file.
 
     Raises
     ------
@@ -79,26 +108,54 @@ def read_weave(path: PathLike) -> tuple[Weave, bytes]:
     weave = result.weave if isinstance(result, Equilibrium) else result
     if not isinstance(weave, Weave):
         raise Unsupported(
-            f"{path} has no rods", remedy="Give what `weavecore weave INPUT --json RESULT.json` wrote, with a weave."
+            f"{path} has no rods", remedy="Use a result that `weavecore weave INPUT --json RESULT.json` wrote."
         )
     return weave, content
 
 
 def decode_result(data: bytes) -> Result:
-    """The result that the bytes of a JSON file hold; see `read_result`."""
+    """The result in the bytes of a JSON file.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
+
+    Raises
+    ------
+    As `read_result`.
+    """
     return take_result(_parse(data))
 
 
 def take_result(values: object) -> Result:
-    """The result in the values of a JSON file that has been parsed; see `read_result`."""
+    """The result in the parsed values of a JSON file.
+
+    Parameters
+    ----------
+    values : object
+        As `json.loads` returns them.
+
+    Returns
+    -------
+    SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
+
+    Raises
+    ------
+    As `read_result`.
+    """
     document = ResultPart(values)
     if "format" not in document or document.text("format") != FORMAT:
         raise Unsupported(
-            "The file is no result of weavecore", remedy="Give what `weavecore weave INPUT --json RESULT.json` wrote."
+            "The file is not a result of weavecore",
+            remedy="Use a result that `weavecore weave INPUT --json RESULT.json` wrote.",
         )
     if document.number("version") != VERSION:
         raise Unsupported(
-            f"The result is of version {document.number('version'):g}, and {VERSION} is read",
+            f"The result is of version {document.number('version'):g}, and only version {VERSION} is supported",
             remedy="Weave again with this version of weavecore.",
         )
     surface = _surface(document)
@@ -110,8 +167,8 @@ def take_result(values: object) -> Result:
     lattice = _lattice(document, latitudes)
     if "weave" not in document:
         return lattice
-    weave = take_weave(document, lattice)
-    return take_equilibrium(document.part("equilibrium"), weave) if "equilibrium" in document else weave
+    weave = _take_weave(document, lattice)
+    return _take_equilibrium(document.part("equilibrium"), weave) if "equilibrium" in document else weave
 
 
 def _parse(data: bytes) -> Any:
@@ -119,13 +176,11 @@ def _parse(data: bytes) -> Any:
         return json.loads(data.decode("utf-8-sig"), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
         detail = "too deep" if isinstance(error, RecursionError) else str(error)
-        raise Unreadable(
-            f"The file is no JSON that can be read: {detail}", remedy="The file is damaged: weave again."
-        ) from None
+        raise Unreadable(f"The file is not valid JSON: {detail}", remedy="The file is damaged: weave again.") from None
 
 
 def _refuse_constant(word: str) -> NoReturn:
-    raise ValueError(f"{word} is no number")
+    raise ValueError(f"{word} is not a number")
 
 
 def _surface(document: ResultPart) -> SurfaceMesh:
@@ -141,7 +196,7 @@ def _surface(document: ResultPart) -> SurfaceMesh:
         cuts=cuts,
         name=part.text("name"),
         mendings=tuple(part.texts("mendings")),
-        starts=take_origins(part, len(vertices)) if "origins" in part else None,
+        starts=_take_origins(part, len(vertices)) if "origins" in part else None,
     )
 
 
@@ -153,7 +208,7 @@ def _latitudes(document: ResultPart, surface: SurfaceMesh) -> Latitudes:
     # Results from before polylines could be open do not say that they are closed.
     closed = part.flags("closed", n) if "closed" in part else np.ones(n, bool)
     if (np.diff(offsets) < np.where(closed, 3, 2)).any():
-        raise damaged_result("latitudes.offsets has a polyline of too few points: three if closed, else two")
+        raise _damaged_result("latitudes.offsets has a polyline of too few points: three if closed, else two")
     return Latitudes(
         surface=surface,
         polylines=Polylines(
@@ -195,7 +250,7 @@ def _lattice(document: ResultPart, latitudes: Latitudes) -> Lattice:
     edges = part.indices("edges", (-1, 2), n)
     family = part.names("edge_family", FAMILIES)
     if len(family) != len(edges):
-        raise damaged_result(f"lattice.edge_family has {len(family)} entries for {len(edges)} edges")
+        raise _damaged_result(f"lattice.edge_family has {len(family)} entries for {len(edges)} edges")
     return Lattice(
         latitudes=latitudes,
         nodes=nodes,
@@ -207,6 +262,7 @@ def _lattice(document: ResultPart, latitudes: Latitudes) -> Lattice:
         node_station=part.floats("node_station", (n,)),
         pattern=document.part("parameters").text("pattern"),
         edge_length=_positive(document, "edge_length"),
+        off_latitudes="off_latitudes" in part and part.flag("off_latitudes"),
     )
 
 
@@ -219,46 +275,33 @@ def _read_bytes(path: PathLike) -> bytes:
         return Path(path).read_bytes()
     except OSError as error:
         raise Unreadable(
-            f"{path} could not be read: {error.strerror or error}", remedy="Look at the name and at the file's rights."
+            f"{path} could not be read: {error.strerror or error}", remedy="Check the path and file permissions."
         ) from error
 
 
-# ----------------------------------------------------------------------
-# The origins in a JSON result: the paths along edges from which distances start.
-
-
-def take_origins(surface: ResultPart, n_vertices: int) -> Origins:
+def _take_origins(surface: ResultPart, n_vertices: int) -> Origins:
     """The origins of a surface, of which the vertices were read before; they do not meet."""
     rows = list(surface.parts("origins"))
     paths = tuple(row.indices("vertices", (-1,), n_vertices) for row in rows)
     closed = np.array([row.flag("closed") for row in rows], bool)
     for row, path, is_closed in zip(rows, paths, closed.tolist()):
         if len(path) < (3 if is_closed else 2):
-            raise damaged_result(f"{row.path('vertices')} has {len(path)} vertices, too few for a path")
+            raise _damaged_result(f"{row.path('vertices')} has {len(path)} vertices, too few for a path")
     origins = Origins(paths, closed)
     passed = origins.vertices()
     if len(np.unique(passed)) < len(passed):
-        raise damaged_result(f"{surface.path('origins')} pass a vertex twice")
+        raise _damaged_result(f"{surface.path('origins')} pass a vertex twice")
     return origins
 
 
-# ----------------------------------------------------------------------
-# The weave in a JSON result: rods, joints, axes and bending.
-
-_TINY = float(np.finfo(float).tiny)
-
-_FROM_NODE = 1e-6
-"""An axis may pass its visits this part of the size of the lattice away; else it is not theirs."""
-
-
-def take_weave(document: ResultPart, lattice: Lattice) -> Weave:
+def _take_weave(document: ResultPart, lattice: Lattice) -> Weave:
     """The weave on a lattice that was read before."""
     part = document.part("weave")
     rows = list(document.parts("strands"))
     ids = tuple(row.text("id") for row in rows)
     places = {name: s for s, name in enumerate(ids)}
     if len(places) != len(ids):
-        raise damaged_result("Two strands have one id")
+        raise _damaged_result("Two strands have the same id")
     strands = _strands(rows, lattice)
     normals = part.floats("normals", (lattice.n_nodes, 3))
     return Weave(
@@ -268,7 +311,7 @@ def take_weave(document: ResultPart, lattice: Lattice) -> Weave:
         joints=_joints(document, strands, places, lattice.n_nodes),
         axes=_axes(rows, strands, lattice.nodes, normals),
         normals=normals,
-        bending=_bending(rows, part),
+        bending=_bending(rows),
         rod_diameter=part.number("rod_diameter", least=_TINY),
         material=_material(part.part("material")),
         over_under=part.text("over_under"),
@@ -282,7 +325,7 @@ def _strands(rows: list[ResultPart], lattice: Lattice) -> Strands:
     closed = np.array([row.flag("closed") for row in rows], bool)
     for row, path, is_closed in zip(rows, nodes, closed.tolist()):
         if len(path) < (3 if is_closed else 2):
-            raise damaged_result(f"{row.where}.nodes has {len(path)} nodes, too few for a rod")
+            raise _damaged_result(f"{row.where}.nodes has {len(path)} nodes, too few for a rod")
     families = {name: k for k, name in enumerate(FAMILIES)}
     return Strands(
         offsets_of([len(path) for path in nodes]),
@@ -296,17 +339,17 @@ def _joints(document: ResultPart, strands: Strands, places: dict[str, int], n_no
     rows = list(document.parts("joints"))
     node = np.array([row.index("node", n_nodes) for row in rows], np.int64)
     if (np.diff(node) <= 0).any():
-        raise damaged_result("The nodes of the joints do not rise")
+        raise _damaged_result("The nodes of the joints do not rise")
     counts = np.diff(strands.offsets)
     visits: list[Ints] = []
     for row, at in zip(rows, node.tolist()):
         order = np.array([row.name_of(name, "order", places) for name in row.texts("order")], np.int64)
         place = row.indices("places", (len(order),), int(counts.max(initial=0)))
         if len(order) < 2 or (place >= counts[order]).any():
-            raise damaged_result(f"{row.where} does not have two rods or more with a place on each")
+            raise _damaged_result(f"{row.where} does not have two rods or more with a place on each")
         visit = strands.offsets[order] + place
         if (strands.nodes[visit] != at).any() or len(np.unique(visit)) < len(visit):
-            raise damaged_result(f"{row.where} names rods that do not pass node {at}, or one twice")
+            raise _damaged_result(f"{row.where} names rods that do not pass node {at}, or one twice")
         visits.append(visit)
     visit = np.concatenate([*visits, np.zeros(0, np.int64)])
     return Joints(node, offsets_of([len(v) for v in visits]), visit, rows_of(strands.offsets)[visit])
@@ -315,29 +358,32 @@ def _joints(document: ResultPart, strands: Strands, places: dict[str, int], n_no
 def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floats) -> RodAxes:
     """The axes; what stands in the file once is not there twice: points and derivatives follow from the rest."""
     counts = np.diff(strands.offsets).tolist()
-    knots, controls = _bsplines(rows, counts, strands)
+    overhangs = _overhangs(rows, strands)
+    knots, controls = _bsplines(rows, counts, strands, overhangs)
     layer_offsets = _joined([row.floats("layer_offsets", (n,)) for row, n in zip(rows, counts)])
     stations = _joined([row.floats("stations", (n,)) for row, n in zip(rows, counts)])
     lengths = np.array([row.number("axis_length", least=_TINY) for row in rows], np.float64)
     owner = rows_of(strands.offsets)
     rises = np.diff(stations)[np.diff(owner) == 0] >= 0
     if not rises.all() or (stations < 0).any() or (stations > lengths[owner] * (1 + 1e-9)).any():
-        raise damaged_result("The stations of a strand do not rise from 0 to its length")
+        raise _damaged_result("The stations of a strand do not rise from 0 to its length")
     points = nodes[strands.nodes] + layer_offsets[:, None] * normals[strands.nodes]
     room = _FROM_NODE * float(np.linalg.norm(np.ptp(nodes, axis=0)))
     fitted = fit_splines(points, strands.offsets, strands.closed)
+    parameters, ends = tip_parameters(fitted, strands.offsets, overhangs)
     for s, row in enumerate(rows):
         part = slice(strands.offsets[s], strands.offsets[s + 1])
         spline: Any = BSpline(knots[s], controls[s], DEGREE)
-        if not np.abs(spline(fitted.parameters[part]) - points[part]).max() <= room:
-            raise damaged_result(f"{row.where}.axis does not pass through the places of its strand")
+        if not np.abs(spline(parameters[part]) - points[part]).max() <= room:
+            raise _damaged_result(f"{row.where}.axis does not pass through the places of its strand")
     return RodAxes(
         offsets=strands.offsets,
         closed=strands.closed,
         points=points,
         derivatives=fitted.derivatives,
-        parameters=fitted.parameters,
-        ends=fitted.ends,
+        parameters=parameters,
+        ends=ends,
+        overhangs=overhangs,
         knot_offsets=offsets_of([len(one) for one in knots]),
         knots=_joined(knots),
         control_offsets=offsets_of([len(one) for one in controls]),
@@ -348,29 +394,39 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
     )
 
 
-def _bsplines(rows: list[ResultPart], counts: list[int], strands: Strands) -> tuple[list[Floats], list[Floats]]:
+def _overhangs(rows: list[ResultPart], strands: Strands) -> Floats:
+    """(S, 2) how far each rod runs on beyond its first and its last visit."""
+    overhangs = np.array([row.floats("overhangs", (2,)) for row in rows], np.float64).reshape(-1, 2)
+    if (overhangs < 0).any() or overhangs[strands.closed].any():
+        raise _damaged_result("The overhangs of a strand are negative, or it is closed and has overhangs")
+    return overhangs
+
+
+def _bsplines(
+    rows: list[ResultPart], counts: list[int], strands: Strands, overhangs: Floats
+) -> tuple[list[Floats], list[Floats]]:
     """Knots and control points of every strand, of which there are as many as its visits ask for."""
     knots, controls = [], []
-    for row, n, is_closed in zip(rows, counts, strands.closed.tolist()):
+    n_tips = (overhangs > 0).sum(axis=1).tolist()
+    for row, n, is_closed, tips in zip(rows, counts, strands.closed.tolist(), n_tips):
         axis = row.part("axis")
-        spans = n if is_closed else n - 1
+        spans = n if is_closed else n - 1 + tips
         if axis.number("degree") != DEGREE:
-            raise damaged_result(f"{axis.where} is not of degree {DEGREE}")
+            raise _damaged_result(f"{axis.where} is not of degree {DEGREE}")
         found = axis.floats("knots", (spans + 1 + 2 * DEGREE,))
         if (np.diff(found) < 0).any() or not (np.diff(found[DEGREE:-DEGREE]) > 0).all():
-            raise damaged_result(f"{axis.where}.knots do not rise")
+            raise _damaged_result(f"{axis.where}.knots do not rise")
         knots.append(found)
         controls.append(axis.floats("controls", (spans + DEGREE, 3)))
     return knots, controls
 
 
-def _bending(rows: list[ResultPart], part: ResultPart) -> Bending:
+def _bending(rows: list[ResultPart]) -> Bending:
     def or_infinite(row: ResultPart, key: str) -> float:
         value = row.number_or_none(key)
         return np.inf if value is None else value
 
     return Bending(
-        window=part.number("bending_window", least=_TINY),
         min_radius=np.array([or_infinite(row, "min_radius") for row in rows]),
         station_at_min=np.array([row.number("station_at_min") for row in rows]),
         point_at_min=np.array([row.floats("point_at_min", (3,)) for row in rows]),
@@ -402,7 +458,7 @@ def _clashes(part: ResultPart, places: dict[str, int]) -> Clashes:
     rows = list(part.parts("clashes"))
     pairs = [[row.name_of(name, "strands", places) for name in row.texts("strands")] for row in rows]
     if any(len(pair) != 2 for pair in pairs):
-        raise damaged_result("A clash is not of two strands")
+        raise _damaged_result("A clash is not of two strands")
     return Clashes(
         np.array(pairs, np.int64).reshape(-1, 2),
         np.array([row.number("distance", least=0.0) for row in rows]),
@@ -410,12 +466,12 @@ def _clashes(part: ResultPart, places: dict[str, int]) -> Clashes:
     )
 
 
-def take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
+def _take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
     """The equilibrium of a weave that was read before, of the object under the key ``equilibrium``."""
     rows = list(part.parts("axes"))
     ids = [row.text("id") for row in rows]
     if ids != list(weave.ids):
-        raise damaged_result("equilibrium.axes does not have one entry for each strand, in their order")
+        raise _damaged_result("equilibrium.axes does not have one entry for each strand, in their order")
     points = [row.floats("points", (-1, 3)) for row in rows]
     counts = [len(one) for one in points]
     offsets = offsets_of(counts)
@@ -461,15 +517,9 @@ def _joined(arrays: list[Floats]) -> Floats:
     return np.concatenate([*arrays, np.zeros(0)])
 
 
-# ----------------------------------------------------------------------
-# `ResultPart`: an object of the JSON result whose values are checked as they are taken.
-
-REMEDY = "The file is damaged, or another version wrote it: weave again with this version of weavecore."
-
-
-def damaged_result(what: str) -> Unreadable:
+def _damaged_result(what: str) -> Unreadable:
     """The error of a result that breaks off or contradicts itself."""
-    return Unreadable(what, remedy=REMEDY)
+    return Unreadable(what, remedy=_REMEDY)
 
 
 class ResultPart:
@@ -477,7 +527,7 @@ class ResultPart:
 
     def __init__(self, value: Any, where: str = "") -> None:
         if not isinstance(value, dict):
-            raise damaged_result(f"{where or 'The file'} is no JSON object")
+            raise _damaged_result(f"{where or 'The file'} is not a JSON object")
         self._values: dict[str, Any] = value
         self.where = where
 
@@ -501,28 +551,28 @@ class ResultPart:
         """A list, whatever it holds."""
         value = self._take(key)
         if not isinstance(value, list):
-            raise damaged_result(f"{self.path(key)} is no list")
+            raise _damaged_result(f"{self.path(key)} is not a list")
         return value
 
     def text(self, key: str) -> str:
         """A text."""
         value = self._take(key)
         if not isinstance(value, str):
-            raise damaged_result(f"{self.path(key)} is no text")
+            raise _damaged_result(f"{self.path(key)} is not a text")
         return value
 
     def texts(self, key: str) -> list[str]:
         """A list of texts."""
         values = self.items(key)
         if not all(isinstance(value, str) for value in values):
-            raise damaged_result(f"{self.path(key)} holds something that is no text")
+            raise _damaged_result(f"{self.path(key)} holds something that is not a text")
         return values
 
     def number(self, key: str, *, least: float = -np.inf) -> float:
         """A finite number, ``least`` or more."""
         value = float(self.floats(key, ())[()])
         if value < least:
-            raise damaged_result(f"{self.path(key)} is {value:g}, and must not be below {least:g}")
+            raise _damaged_result(f"{self.path(key)} is {value:g}, and must not be below {least:g}")
         return value
 
     def number_or_none(self, key: str) -> Optional[float]:
@@ -535,7 +585,10 @@ class ResultPart:
         bad = np.flatnonzero(~(np.abs(array) < _BEYOND))
         if len(bad):
             raise NonFinite(
-                f"{self.path(key)} holds numbers beyond all measure", remedy=REMEDY, ids=bad.tolist(), kind="entry"
+                f"{self.path(key)} has numbers that are too large or not finite",
+                remedy=_REMEDY,
+                ids=bad.tolist(),
+                kind="entry",
             )
         return array
 
@@ -545,8 +598,8 @@ class ResultPart:
         bad = np.flatnonzero((array < least) | (array >= count))
         if len(bad):
             raise BadIndex(
-                f"{self.path(key)} names what is beyond the {count} there are",
-                remedy=REMEDY,
+                f"{self.path(key)} has indices beyond the {count} entries",
+                remedy=_REMEDY,
                 ids=bad.tolist(),
                 kind="entry",
             )
@@ -560,14 +613,14 @@ class ResultPart:
         """Offsets of a ragged array of ``count`` values: they rise from 0 to it."""
         offsets = self.indices(key, (-1,), count + 1)
         if not len(offsets) or offsets[0] != 0 or offsets[-1] != count or (np.diff(offsets) < 0).any():
-            raise damaged_result(f"{self.path(key)} does not rise from 0 to {count}")
+            raise _damaged_result(f"{self.path(key)} does not rise from 0 to {count}")
         return offsets
 
     def rows(self, key: str, count: int) -> tuple[Ints, Ints]:
         """A list of lists of indices below ``count`` as offsets and values."""
         lists = self.items(key)
         if not all(isinstance(row, list) for row in lists):
-            raise damaged_result(f"{self.path(key)} holds something that is no list")
+            raise _damaged_result(f"{self.path(key)} has an entry that is not a list")
         flat = ResultPart({key: [value for row in lists for value in row]}, self.where)
         return offsets_of([len(row) for row in lists]), flat.indices(key, (-1,), count)
 
@@ -575,7 +628,7 @@ class ResultPart:
         """True or false."""
         value = self._take(key)
         if not isinstance(value, bool):
-            raise damaged_result(f"{self.path(key)} is neither true nor false")
+            raise _damaged_result(f"{self.path(key)} is neither true nor false")
         return value
 
     def flag_or_none(self, key: str) -> Optional[bool]:
@@ -599,31 +652,25 @@ class ResultPart:
     def name_of(self, name: str, key: str, places: dict[str, int]) -> int:
         """The number of a name that stands under a key."""
         if name not in places:
-            raise BadIndex(f"{self.path(key)} names {name!r}, which is not there", remedy=REMEDY)
+            raise BadIndex(f"{self.path(key)} refers to {name!r}, which is not in the file", remedy=_REMEDY)
         return places[name]
 
     def _take(self, key: str) -> Any:
         if key not in self._values:
-            raise damaged_result(f"{self.path(key)} is missing")
+            raise _damaged_result(f"{self.path(key)} is missing")
         return self._values[key]
 
     def _array(self, key: str, shape: tuple[int, ...], kinds: str) -> NDArray[Any]:
         try:
             array = np.asarray(self._take(key))
         except (ValueError, OverflowError):
-            raise damaged_result(f"{self.path(key)} has rows of different lengths") from None
+            raise _damaged_result(f"{self.path(key)} has rows of different lengths") from None
         if array.shape == (0,) and 0 in [max(n, 0) for n in shape]:
             # An empty list says nothing of its shape, nor of what it would hold.
             array = np.zeros([max(n, 0) for n in shape], "?" if kinds == "b" else "i8")
         if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape)):
             wanted = " × ".join("any" if n == -1 else str(n) for n in shape) or "one number"
-            raise damaged_result(f"{self.path(key)} has the shape {array.shape}, not {wanted}")
+            raise _damaged_result(f"{self.path(key)} has the shape {array.shape}, not {wanted}")
         if array.dtype.kind not in kinds:
-            raise damaged_result(f"{self.path(key)} holds something that is no {_WORDS[kinds]}")
+            raise _damaged_result(f"{self.path(key)} has an entry that is not {_WORDS[kinds]}")
         return array
-
-
-_BEYOND = 1e100
-"""Squares and products of lesser numbers are finite too."""
-
-_WORDS = {"fiu": "number", "iu": "whole number", "b": "true or false"}

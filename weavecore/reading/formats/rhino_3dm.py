@@ -1,4 +1,4 @@
-"""Rhino files .3dm: what objects they hold, and which of them a surface may be made of."""
+"""Rhino files .3dm: their objects, and which of them a surface can be made of."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from weavecore.reading.formats.mesh_file import check_file
 from weavecore.reading.nurbs_mesher import MESHED_KINDS, holds_surface
 
 _SIGNATURE = b"3D Geometry File Format "
+"""First bytes of every Rhino file; the version follows."""
+
 _VERSIONS = range(2, 9)
+"""Versions that rhino3dm reads and that were tested."""
+
 
 BLOCK = "Block"
-"""What a reference to a block that holds a surface is called here."""
+"""Kind of a reference to a block that holds a surface."""
 
 IN_BLOCK = "part of a block"
-"""Why an object that only a block's definition holds is aside."""
+"""Why an object that belongs only to the definition of a block is excluded."""
 
 CURVE = "Curve"
 """Rhino's name for curves, lines, arcs and polylines of all kinds."""
@@ -38,9 +42,9 @@ class RhinoObject:
         Its id, its name ("" if none) and Rhino's name for its kind.
     layer : str
         Full path of its layer, ``Parent::Child``; "" if the file has no layers.
-    is_aside : str
-        Why it is not meant unless it is named: "hidden", "locked", "on a layer that is off",
-        "part of a block"; "" otherwise.
+    aside : str
+        Why it is not selected unless it is named: "hidden", "locked", "on a layer that is off",
+        "on a layer that is locked", "part of a block"; "" otherwise.
     geometry : object
         The rhino3dm geometry.
     """
@@ -65,7 +69,7 @@ class RhinoObject:
 
 @dataclass(frozen=True)
 class RhinoDocument:
-    """What a Rhino file holds.
+    """The contents of a Rhino file.
 
     Parameters
     ----------
@@ -73,7 +77,7 @@ class RhinoDocument:
     version : int
         2 to 8.
     unit : str
-        Rhino's name of the unit, ``"None"`` where it says none.
+        Rhino's name of the unit, ``"None"`` if it has none.
     tolerance : float
         Absolute tolerance in that unit.
     layers : tuple of str
@@ -93,6 +97,14 @@ class RhinoDocument:
 
 def open_document(path: PathLike) -> RhinoDocument:
     """Read a Rhino file.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    RhinoDocument
 
     Raises
     ------
@@ -119,12 +131,20 @@ def open_document(path: PathLike) -> RhinoDocument:
 
 
 def _sound(tolerance: float) -> float:
-    """A tolerance as a file says it; 0 where that is no length."""
+    """The tolerance of a file; 0 if it is not a positive length."""
     return tolerance if math.isfinite(tolerance) and tolerance > 0 else 0.0
 
 
 def check_header(path: PathLike) -> int:
     """Version of Rhino of the file, from its first bytes.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    int
 
     Raises
     ------
@@ -135,10 +155,10 @@ def check_header(path: PathLike) -> int:
         with Path(path).open("rb") as stream:
             head = stream.read(32)
     except OSError as error:
-        raise Unreadable(f"{path} cannot be read: {error.strerror}", remedy="Look at the file's rights.") from error
+        raise Unreadable(f"{path} cannot be read: {error.strerror}", remedy="Check the file permissions.") from error
     number = head[24:].strip()
     if not head.startswith(_SIGNATURE) or not number.isdigit():
-        raise Unreadable(f"{path} is no Rhino file", remedy="Give a .3dm that Rhino has saved.")
+        raise Unreadable(f"{path} is not a Rhino file", remedy="Use a .3dm that Rhino saved.")
     version = int(number) // 10 if int(number) >= 50 else int(number)
     if version not in _VERSIONS:
         raise Unsupported(
@@ -149,7 +169,7 @@ def check_header(path: PathLike) -> int:
 
 
 def _layers(source: Any) -> tuple[dict[int, str], dict[int, str]]:
-    """Full path of each layer by its index, and why its objects are aside."""
+    """Full path of each layer by its index, and why its objects are excluded."""
     layers = list(source.Layers)
     by_id = {str(layer.Id): layer for layer in layers}
     paths, aside = {}, {}

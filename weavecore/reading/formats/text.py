@@ -1,4 +1,4 @@
-"""Numbers out of text files, all of a kind at once."""
+"""Numbers in text files, converted all at once."""
 
 from __future__ import annotations
 
@@ -13,25 +13,82 @@ from weavecore.geometry.arrays import Floats, Ints
 
 
 def to_floats(words: Sequence[bytes], what: str) -> Floats:
-    """The words as float64; `Unreadable` where one is no number."""
+    """Convert words to float64.
+
+    Parameters
+    ----------
+    words : sequence of bytes
+    what : str
+        What the words belong to, for the error: "vertex", "face".
+
+    Returns
+    -------
+    (n,) float64
+
+    Raises
+    ------
+    Unreadable
+        Where a word is not a number.
+    """
     return _to(words, np.float64, what)
 
 
 def to_ints(words: Sequence[bytes], what: str) -> Ints:
-    """The words as int64; `Unreadable` where one is no whole number."""
+    """Convert words to int64.
+
+    Parameters
+    ----------
+    words : sequence of bytes
+    what : str
+        What the words belong to, for the error: "vertex", "face".
+
+    Returns
+    -------
+    (n,) int64
+
+    Raises
+    ------
+    Unreadable
+        Where a word is not a whole number.
+    """
     return _to(words, np.int64, what)
 
 
 def to_points(lines: list[bytes], what: str) -> Floats:
-    """The first three numbers of each line (N, 3)."""
+    """The first three numbers of each line.
+
+    Parameters
+    ----------
+    lines : list of bytes
+    what : str
+        What a line is, for the error.
+
+    Returns
+    -------
+    (N, 3) float64
+
+    Raises
+    ------
+    Unreadable
+    """
     rows = [line.split(None, 3)[:3] for line in lines]
     if any(len(row) < 3 for row in rows):
-        raise damaged(f"A {what} has less than three coordinates")
+        raise damaged(f"A {what} has fewer than three coordinates")
     return to_floats([word for row in rows for word in row], what).reshape(-1, 3)
 
 
 def damaged(what: str) -> Unreadable:
-    """The error of a file that breaks off or contradicts itself."""
+    """The error of a file that is truncated or contradicts itself.
+
+    Parameters
+    ----------
+    what : str
+        What is wrong, without a full stop.
+
+    Returns
+    -------
+    Unreadable
+    """
     return Unreadable(what, remedy="The file is damaged: export it again.")
 
 
@@ -39,4 +96,4 @@ def _to(words: Sequence[bytes], dtype: Any, what: str) -> NDArray[Any]:
     try:
         return np.array(words, dtype=dtype)
     except (ValueError, OverflowError):
-        raise damaged(f"A {what} holds something that is no number") from None
+        raise damaged(f"A {what} has an entry that is not a number") from None

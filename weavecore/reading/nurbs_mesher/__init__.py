@@ -7,13 +7,12 @@ from weavecore.reading.nurbs_mesher.blocks import (
     mesh_block,
     surfaces_of_reference,
 )
-from weavecore.reading.nurbs_mesher.meshed_object import UNTOLD, MeshedObject
+from weavecore.reading.nurbs_mesher.meshed_object import MeshedObject
 from weavecore.reading.nurbs_mesher.objects import MESHED_KINDS, mesh_object, mesh_objects
 from weavecore.reading.nurbs_mesher.stitching import join_meshes
 
 __all__ = [
     "MESHED_KINDS",
-    "UNTOLD",
     "BlockPart",
     "MeshedObject",
     "expand_reference",

@@ -1,4 +1,7 @@
-"""What a block reference stands for: the surfaces of its definition, moved; blocks in blocks as well."""
+"""What a block reference stands for: the surfaces of its definition, transformed; nested blocks as well.
+
+A reference with transform T to a definition that holds a reference with transform S places its objects by T S.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,11 @@ from weavecore.errors import NoSurface, TooMuchWork, Unreadable, WeaveError
 from weavecore.geometry.arrays import Floats
 from weavecore.reading.nurbs_mesher.meshed_object import MeshedObject
 from weavecore.reading.nurbs_mesher.objects import MESHED_KINDS, mesh_objects
-from weavecore.reading.raw import is_rhino_mesh
+from weavecore.rhino_geometry.conversion import is_rhino_mesh
 
 _MOST_PARTS = 10_000
+"""Objects of a block.  Nested arrays of blocks multiply: three levels of 100 are a million objects in a file of
+some kilobytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +61,13 @@ def expand_reference(source: Any, reference: Any) -> tuple[BlockPart, ...]:
 
 
 def holds_surface(source: Any, reference: Any) -> bool:
-    """Whether a surface can be made of what a block reference stands for."""
+    """Whether a block reference stands for at least one surface.
+
+    Parameters
+    ----------
+    source : rhino3dm.File3dm
+    reference : rhino3dm.InstanceReference
+    """
     try:
         return any(_is_surface(part.geometry) for part in expand_reference(source, reference))
     except WeaveError:
@@ -65,6 +76,15 @@ def holds_surface(source: Any, reference: Any) -> bool:
 
 def surfaces_of_reference(source: Any, reference: Any) -> tuple[BlockPart, ...]:
     """Those parts of `expand_reference` that are surfaces.
+
+    Parameters
+    ----------
+    source : rhino3dm.File3dm
+    reference : rhino3dm.InstanceReference
+
+    Returns
+    -------
+    tuple of BlockPart
 
     Raises
     ------
@@ -88,7 +108,18 @@ def mesh_block(
 ) -> MeshedObject:
     """Mesh the surfaces that a block reference stands for, joined where their edges coincide.
 
-    Curves, points and texts in the block are left out.
+    Curves, points and texts in the block are ignored.
+
+    Parameters
+    ----------
+    source : rhino3dm.File3dm
+    reference : rhino3dm.InstanceReference
+    tolerance, edge_target, spacing, progress
+        As in `mesh_objects`.
+
+    Returns
+    -------
+    MeshedObject
 
     Raises
     ------
@@ -116,7 +147,7 @@ def _expand(source: Any, reference: Any, outer: Floats, above: tuple[str, ...], 
     definition = source.InstanceDefinitions.FindId(reference.ParentIdefId)
     if definition is None:
         return
-    placed = outer @ transform_matrix(reference.Xform)
+    placed = outer @ _transform_matrix(reference.Xform)
     for one in (source.Objects.FindId(str(i)) for i in definition.GetObjectIds()):
         if one is None or one.Geometry is None or not one.Attributes.Visible:
             continue
@@ -127,12 +158,12 @@ def _expand(source: Any, reference: Any, outer: Floats, above: tuple[str, ...], 
         if len(parts) > _MOST_PARTS:
             raise TooMuchWork(
                 f"A block stands for more than {_MOST_PARTS:,} objects",
-                remedy="Explode it in Rhino and choose what is meant.",
+                remedy="Explode it in Rhino and select the objects you need.",
                 ids=[key],
                 kind="block",
             )
 
 
-def transform_matrix(transform: Any) -> Floats:
+def _transform_matrix(transform: Any) -> Floats:
     """A ``rhino3dm.Transform`` as an array (4, 4) that acts on columns."""
     return np.array(transform.ToFloatArray(True), np.float64).reshape(4, 4)

@@ -1,10 +1,13 @@
 """The trims of a Brep, read from the bytes that rhino3dm encodes it to.
 
-rhino3dm gives a Brep's edges and surfaces, but not the 2D curves that bound its faces.  They
-are in `Brep.Encode()`: an openNURBS archive in base64.  A *chunk* is a type code (4 bytes), a length
-(8 bytes) and that many bytes, the last 4 of which are a checksum where the type code says so.  A Brep's
-class data are nine chunks in a row: 2D curves, 3D curves, surfaces, then plain records of
-vertices, edges, trims, loops and faces (openNURBS, ``opennurbs_brep_io.cpp``).
+rhino3dm gives a Brep's edges and surfaces, but not the 2D curves that bound its faces.  They are in `Brep.Encode()`:
+an openNURBS archive in base64, a tree of *chunks*::
+
+    type code | length  | bytes …              | checksum
+    4 bytes   | 8 bytes | length - 4 or length | 4 bytes, if the type code has bit 0x8000
+
+A Brep's class data are nine chunks in a row: 2D curves, 3D curves, surfaces, then records of vertices, edges, trims,
+loops and faces (openNURBS, ``opennurbs_brep_io.cpp``).  Linear in the bytes.
 """
 
 from __future__ import annotations
@@ -18,16 +21,24 @@ from typing import Any
 
 from weavecore.errors import Unreadable
 
-_CLASS_UUID = 0x0002FFFB
 _CLASS_DATA = 0x0002FFFC
+"""Type code of the chunk with an object's own data (TCODE_OPENNURBS_CLASS_DATA)."""
+
 _SHORT = 0x80000000
+"""Bit of the type code of a chunk that has no bytes: its length is a value."""
+
 _CHECKED = 0x8000
+"""Bit of the type code of a chunk that ends with a checksum."""
+
 _MOST_RECORDS = 10_000_000
+"""Records in a table: a damaged count must not allocate gigabytes."""
+
 
 SINGULAR = 4
 """Trim type: a side of the surface that is a single point; it has no edge."""
 
 OUTER_LOOP, INNER_LOOP, SLIT_LOOP = 1, 2, 3
+"""Loop types of openNURBS that bound a face."""
 
 
 @dataclass(frozen=True)
@@ -87,12 +98,16 @@ def read_brep_archive(encoded: dict[str, Any]) -> BrepArchive:
     Parameters
     ----------
     encoded : dict
-        What ``rhino3dm.Brep.Encode()`` gives.
+        What ``rhino3dm.Brep.Encode()`` returns.
+
+    Returns
+    -------
+    BrepArchive
 
     Raises
     ------
     Unreadable
-        Where the bytes are not those of a Brep of the current form.
+        Where the bytes are not those of a Brep of the current format.
     """
     try:
         raw = base64.b64decode(encoded["data"], validate=True)

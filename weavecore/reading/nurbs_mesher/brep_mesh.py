@@ -1,4 +1,16 @@
-"""A Brep as one welded triangle mesh."""
+"""A Brep as one welded triangle mesh.
+
+1. Measure each face at a grid of parameters and each edge by arc length (`face_grid`, `edge_paths`).
+2. Derive the wanted edge length everywhere from curvature, features and limits (`sizing`).
+3. Divide each edge once, in space, and number its vertices; the faces on it find them on their own trims, so
+   that they are shared without a tolerance (`edge_paths`, `creases`, `face_borders`).
+4. Fill each face with points and triangulate it in its chart (`face_fill`); where border segments cross, bisect
+   them in all faces and repeat.
+5. Flip edges, shift interior vertices and split long edges (`brep_patches`).
+6. Weld the patches by vertex ids, and drop the triangles that collapse at singular sides.
+
+O(n log n) in the triangles.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +25,9 @@ from weavecore.reading.nurbs_mesher.brep_patches import (
     Patches,
     border_gap,
     chord_error,
-    collapsed,
+    is_collapsed,
     join_patches,
-    relaxed,
+    relax_patches,
     split_edges,
 )
 from weavecore.reading.nurbs_mesher.brep_shape import NO_EDGE, BrepShape
@@ -35,41 +47,68 @@ from weavecore.reading.nurbs_mesher.sizing import DEFAULT_FINENESS, Fineness, gr
 
 Progress = Callable[[float, str], None]
 _MOST_BISECTIONS = 10
+"""Rounds of bisecting border segments that cross: each makes the distance between trim and chord
+four times less, so ten leave a millionth of it."""
+
 _MOST_GAP = 10.0
+"""Gaps between edges and faces up to so many tolerances are not reported: modellers often leave a few."""
 
 
-def _quiet(_share: float, _label: str) -> None:
-    """Tell nobody."""
+_MOST_SPLITS = 8
+"""Rounds of splitting doubled edges; each splits one edge of a triangle, and later rounds only what the earlier
+ones left."""
+
+
+def _no_progress(_fraction: float, _label: str) -> None:
+    """Stands for a missing callback."""
 
 
 def mesh_brep(
     shape: BrepShape,
     *,
-    wanted: Fineness = DEFAULT_FINENESS,
+    fineness: Fineness = DEFAULT_FINENESS,
     tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> MeshedObject:
-    """Mesh all faces of a Brep; see `mesh_object`."""
-    tell = progress or _quiet
+    """Mesh all faces of a Brep.
+
+    Parameters
+    ----------
+    shape : BrepShape
+    fineness : Fineness
+    tolerance : float, optional
+        The model's absolute tolerance, for reporting gaps.
+    progress : callable, optional
+        Called with a fraction and a label; may raise to cancel.
+
+    Returns
+    -------
+    MeshedObject
+
+    Raises
+    ------
+    Degenerate, TooMuchWork
+    """
+    progress = progress or _no_progress
     paths = [edge_path(curve) for curve in shape.edges]
     grids = []
     for i, face in enumerate(shape.faces):
-        tell(0.3 * i / len(shape.faces), "Measuring faces")
+        progress(0.3 * i / len(shape.faces), "Measuring faces")
         grids.append(face_grid(face))
-    limits = size_limits(grids, paths, wanted)
+    limits = size_limits(grids, paths, fineness)
     closed = (shape.edge_vertices[:, 0] == shape.edge_vertices[:, 1]).tolist()
     sizes, along = graded_sizes(grids, paths, closed, limits)
     least = least_segments(shape).tolist()
     lengths = divide_at_creases(shape, grids, [divide_path(*row) for row in zip(paths, along, least)])
     vertices = number_vertices(shape, paths, lengths)
-    patches, vertices = _fill_all(shape, paths, grids, sizes, vertices, tell)
-    joined = relaxed(join_patches(shape.faces, grids, sizes, patches, vertices), limits.chord, tell)
+    patches, vertices = _fill_all(shape, paths, grids, sizes, vertices, progress)
+    joined = relax_patches(join_patches(shape.faces, grids, sizes, patches, vertices), limits.chord, progress)
     meshed = welded(joined)
     gap, where = border_gap(joined)
     notes = []
     if gap > max(_MOST_GAP * (tolerance or 0.0), limits.chord):
         notes.append(f"Face {where} lies up to {gap:.3g} from the edges that bound it.")
-    return MeshedObject(*meshed, loops_of_edges(shape), chord_error(joined), tuple(notes))
+    return MeshedObject(*meshed, _count_border_loops(shape), chord_error(joined), tuple(notes))
 
 
 def _fill_all(
@@ -78,16 +117,16 @@ def _fill_all(
     grids: Sequence[FaceGrid],
     sizes: Sequence[Floats],
     vertices: EdgeVertices,
-    tell: Progress,
+    progress: Progress,
 ) -> tuple[list[FacePatch], EdgeVertices]:
-    """Triangulate the faces; where border segments cross, halve them in all faces and try again."""
+    """Triangulate the faces; where border segments cross, bisect them in all faces and repeat."""
     patches: dict[int, FacePatch] = {}
     borders: dict[int, FaceBorder] = {}
     stale, filled = set(range(len(shape.faces))), set[int]()
     for _ in range(_MOST_BISECTIONS):
         for i in sorted(stale):
             filled.add(i)
-            tell(0.3 + 0.4 * len(filled) / len(shape.faces), "Filling faces")
+            progress(0.3 + 0.4 * len(filled) / len(shape.faces), "Filling faces")
             borders[i] = face_border(shape.faces[i], vertices)
             patches[i] = fill_face(shape.faces[i], grids[i], sizes[i], borders[i])
         failed = [i for i in sorted(stale) if len(patches[i].missing)]
@@ -100,12 +139,12 @@ def _fill_all(
         vertices = number_vertices(shape, paths, bisect_segments(vertices, origin))
         touched = set(origin[:, 0].tolist())
         stale = {i for i, face in enumerate(shape.faces) if any(t.edge in touched for loop in face.loops for t in loop)}
-        renumbered = set(range(len(shape.faces))) - stale
-        for i in renumbered:
+        others = set(range(len(shape.faces))) - stale
+        for i in others:
             border = face_border(shape.faces[i], vertices)
             old = patches[i]
-            names = np.concatenate([border.names, old.names[len(border.names) :]])
-            patches[i] = replace(old, names=names)
+            vertex_ids = np.concatenate([border.vertex_ids, old.vertex_ids[len(border.vertex_ids) :]])
+            patches[i] = replace(old, vertex_ids=vertex_ids)
     raise Degenerate(
         "Faces whose trims cross each other",
         remedy="Rebuild their edges in Rhino, or give a smaller edge target.",
@@ -114,7 +153,7 @@ def _fill_all(
     )
 
 
-def loops_of_edges(shape: BrepShape) -> int:
+def _count_border_loops(shape: BrepShape) -> int:
     """How many loops the edges with a single trim make: the borders that the mesh must have."""
     ends = shape.edge_vertices[shape.edge_trims == 1]
     root: Ints = np.arange(len(shape.vertices))
@@ -128,39 +167,44 @@ def loops_of_edges(shape: BrepShape) -> int:
     return len(np.unique(root[ends]))
 
 
-# ----------------------------------------------------------------------
-# Patches welded by name into one mesh, without doubled edges.
-
-_MOST_SPLITS = 8
-
-
 def welded(patches: Patches) -> tuple[Floats, Ints]:
-    """Vertices and faces of one mesh: points of one name become one vertex, collapsed triangles go."""
+    """Weld patches by vertex ids into one mesh without doubled edges.
+
+    Parameters
+    ----------
+    patches : Patches
+
+    Returns
+    -------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+        Without those that collapse because two of their corners are one vertex.
+    """
     for _ in range(_MOST_SPLITS):
         doubled = _doubled_edges(patches)
         if len(doubled) == 0:
             break
         patches = split_edges(patches, doubled)
     turned = np.array([face.is_reversed for face in patches.surfaces])[patches.owner[patches.faces[:, 0]]]
-    named = patches.names[patches.faces]
-    named[turned] = named[turned][:, [0, 2, 1]]
-    named = named[~collapsed(named)]
-    used, faces = np.unique(named, return_inverse=True)
-    place = np.zeros((int(patches.names.max()) + 1, 3))
-    place[patches.names] = patches.points
+    by_id = patches.vertex_ids[patches.faces]
+    by_id[turned] = by_id[turned][:, [0, 2, 1]]
+    by_id = by_id[~is_collapsed(by_id)]
+    used, faces = np.unique(by_id, return_inverse=True)
+    place = np.zeros((int(patches.vertex_ids.max()) + 1, 3))
+    place[patches.vertex_ids] = patches.points
     return place[used], faces.reshape(-1, 3)
 
 
 def _doubled_edges(p: Patches) -> Ints:
     """Inner edges (K, 2) of patches that join two vertices which another edge joins as well.
 
-    An edge inside one patch whose two ends lie on its border can be an edge of another patch too.
+    An edge inside one patch with both ends on its border can be an edge of another patch too.
     """
-    faces = p.faces[~collapsed(p.names[p.faces])]
+    faces = p.faces[~is_collapsed(p.vertex_ids[p.faces])]
     sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     local, times = np.unique(sides, axis=0, return_counts=True)
-    named = np.sort(p.names[local], axis=1)
-    _, group, joins = np.unique(named, axis=0, return_inverse=True, return_counts=True)
+    by_id = np.sort(p.vertex_ids[local], axis=1)
+    _, group, joins = np.unique(by_id, axis=0, return_inverse=True, return_counts=True)
     total = np.bincount(group.ravel(), times)[group.ravel()]
     doubled: Ints = local[(times == 2) & ((joins[group.ravel()] > 1) | (total > 2))]
     return doubled

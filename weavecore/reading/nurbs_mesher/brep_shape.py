@@ -1,18 +1,27 @@
 """A Brep as arrays: its edges in space, and its faces as NURBS surfaces with trims in (u, v).
 
-All surfaces are taken in their NURBS form.  Its parameters differ from the surface's own where that
-is a surface of revolution or a sum of arcs, so trims are carried over point by point.
+All surfaces are taken in their NURBS form.  Its parameters differ from the surface's own if that is a surface of
+revolution or a sum of arcs, so trims are then converted point by point::
+
+                 v ▲   ┌──◀──┐        loops run with the face on their left;
+    surface(u, v)  │   │face ▲        each trim lies on an edge in space,
+                   │   └──▶──┘        along it or against it
+                   └──────────▶ u
+
+A shape far from the origin is moved near to it: coordinates of ten million leave nine digits for the shape.  The
+origin is a whole multiple of a power of two above the size, so that subtracting it is exact.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from weavecore.errors import NonFinite, Unreadable, Unsupported, WeaveError
+from weavecore.errors import NonFinite, Unreadable, Unsupported
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.nurbs import NurbsCurve, NurbsSurface, curve_points, surface_points
 from weavecore.reading.nurbs_mesher.brep_archive import (
@@ -26,10 +35,24 @@ from weavecore.reading.nurbs_mesher.brep_archive import (
 )
 
 NO_EDGE = -1
+"""Edge of a trim on which the surface collapses to a point."""
+
 _MOST_COORDINATE = 1e60
+"""Squares of greater distances overflow."""
+
 _POINTS_PER_SPAN = 16
+"""Points on each knot span of a curved trim: the length of a quarter circle is then good to 4e-4."""
+
 _LEAST_POINTS = 33
+"""Least points on a curve: a straight trim may still be curved in space."""
+
 _MOST_POINTS = 1_000
+"""Most points on a trim that follow from the spans of its surface."""
+
+
+_FAR = 8.0
+"""A surface that is further from the origin than so many times its size is recentred: below, it loses three bits at
+most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,32 +89,53 @@ class BrepShape:
 
 
 def brep_shape(brep: Any, transform: Floats | None = None) -> BrepShape:
-    """Read a ``rhino3dm.Brep`` into arrays, moved by a (4, 4) transform where one is given."""
-    try:
-        return _brep_shape(brep, transform)
-    except (TypeError, AttributeError, IndexError, RuntimeError) as error:
-        if isinstance(error, WeaveError):
-            raise
-        # Parts that are damaged come as None from rhino3dm, or not at all.
-        raise _damaged(f"A part of a Brep is missing ({error})") from error
+    """Read a Brep into arrays.
 
+    Parameters
+    ----------
+    brep : rhino3dm.Brep
+    transform : (4, 4) float64, optional
+        Applied to it.
 
-def _brep_shape(brep: Any, transform: Floats | None) -> BrepShape:
-    archive = read_brep_archive(brep.Encode())
-    _check_indices(archive, len(brep.Vertices), len(brep.Edges), len(brep.Faces))
+    Returns
+    -------
+    BrepShape
+
+    Raises
+    ------
+    Unreadable, NonFinite, Unsupported
+    """
+    with _rhino3dm_calls("A part of a Brep is missing"):
+        encoded = brep.Encode()
+        locations = [brep.Vertices[i].Location for i in range(len(brep.Vertices))]
+        points = [(p.X, p.Y, p.Z) for p in locations]
+        native_edges = [brep.Edges[i] for i in range(len(brep.Edges))]
+        native_surfaces = [brep.Faces[i].UnderlyingSurface() for i in range(len(brep.Faces))]
+    archive = read_brep_archive(encoded)
+    _check_indices(archive, len(points), len(native_edges), len(native_surfaces))
     moved = np.eye(4) if transform is None else np.asarray(transform, np.float64)
-    locations = [brep.Vertices[i].Location for i in range(len(brep.Vertices))]
-    points = np.array([(p.X, p.Y, p.Z) for p in locations], np.float64).reshape(-1, 3)
-    edges = tuple(nurbs_curve(brep.Edges[i], moved) for i in range(len(brep.Edges)))
-    curves = _PlaneCurves(archive)
-    faces = tuple(_face_shape(brep.Faces[i], i, archive, curves, moved) for i in range(len(brep.Faces)))
+    edges = tuple(nurbs_curve(edge, moved) for edge in native_edges)
+    curves = _TrimPolylines(archive)
+    faces = tuple(_face_shape(native, i, archive, curves, moved) for i, native in enumerate(native_surfaces))
     return BrepShape(
-        vertices=points @ moved[:3, :3].T + moved[:3, 3],
+        vertices=np.array(points, np.float64).reshape(-1, 3) @ moved[:3, :3].T + moved[:3, 3],
         edges=edges,
         edge_vertices=np.array([e.vertices for e in archive.edges], np.int64).reshape(-1, 2),
         edge_trims=np.array([len(e.trims) for e in archive.edges], np.int64),
         faces=faces,
     )
+
+
+@contextlib.contextmanager
+def _rhino3dm_calls(what: str) -> Iterator[None]:
+    """Raise `Unreadable` where rhino3dm fails, or gives None in the place of a damaged part.
+
+    Only calls of rhino3dm belong inside, so that an error of this package is not reported as a damaged file.
+    """
+    try:
+        yield
+    except (TypeError, AttributeError, IndexError, RuntimeError) as error:
+        raise _damaged(f"{what} ({error})") from error
 
 
 def _damaged(what: str) -> Unreadable:
@@ -114,32 +158,65 @@ def _check_indices(archive: BrepArchive, n_vertices: int, n_edges: int, n_faces:
 
 
 def nurbs_curve(curve: Any, transform: Floats | None = None) -> NurbsCurve:
-    """The NURBS form of a ``rhino3dm.Curve`` as arrays; a 2D curve keeps z = 0."""
-    form = curve.ToNurbsCurve()
-    if form is None:
-        raise _damaged("A curve has no NURBS form")
-    points = np.array([(p.X, p.Y, p.Z, p.W) for p in form.Points], np.float64)
-    knots = _padded(list(form.Knots), len(points), form.Degree)
-    return NurbsCurve(form.Degree, knots, _moved(_checked(points), transform))
+    """The NURBS form of a curve as arrays.
+
+    Parameters
+    ----------
+    curve : rhino3dm.Curve
+        A 2D curve has z = 0.
+    transform : (4, 4) float64, optional
+        Applied to it.
+
+    Returns
+    -------
+    NurbsCurve
+
+    Raises
+    ------
+    Unreadable, NonFinite
+    """
+    with _rhino3dm_calls("A curve has no NURBS form"):
+        form = curve.ToNurbsCurve()
+        degree, knots = form.Degree, list(form.Knots)
+        rows = [(p.X, p.Y, p.Z, p.W) for p in form.Points]
+    points = np.array(rows, np.float64).reshape(-1, 4)
+    return NurbsCurve(degree, _padded(knots, len(points), degree), _moved(_checked(points), transform))
 
 
 def nurbs_surface(surface: Any, transform: Floats | None = None) -> NurbsSurface:
-    """The NURBS form of a ``rhino3dm.Surface`` as arrays."""
-    form = surface.ToNurbsSurface()
+    """The NURBS form of a surface as arrays.
+
+    Parameters
+    ----------
+    surface : rhino3dm.Surface
+    transform : (4, 4) float64, optional
+        Applied to it.
+
+    Returns
+    -------
+    NurbsSurface
+
+    Raises
+    ------
+    Unreadable, NonFinite, Unsupported
+    """
+    with _rhino3dm_calls("A part of a Brep is missing"):
+        form = surface.ToNurbsSurface()
     if form is None:
         raise Unsupported("A surface has no NURBS form", remedy="Convert it to NURBS in Rhino.")
-    grid = form.Points
-    rows = [[grid.GetControlPoint(i, j) for j in range(grid.CountV)] for i in range(grid.CountU)]
-    points = np.array([[(p.X, p.Y, p.Z, p.W) for p in row] for row in rows], np.float64)
-    degrees = form.Degree(0), form.Degree(1)
-    given = form.KnotsU.ToList(), form.KnotsV.ToList()
-    knots = _padded(given[0], grid.CountU, degrees[0]), _padded(given[1], grid.CountV, degrees[1])
+    with _rhino3dm_calls("The control points of a surface are missing"):
+        grid, degrees = form.Points, (form.Degree(0), form.Degree(1))
+        n_u, n_v, knots_u, knots_v = grid.CountU, grid.CountV, form.KnotsU.ToList(), form.KnotsV.ToList()
+        controls = [grid.GetControlPoint(i, j) for i in range(n_u) for j in range(n_v)]
+        rows = [(p.X, p.Y, p.Z, p.W) for p in controls]
+    points = np.array(rows, np.float64).reshape(n_u, n_v, 4)
+    knots = _padded(knots_u, n_u, degrees[0]), _padded(knots_v, n_v, degrees[1])
     return NurbsSurface(degrees, knots, _moved(_checked(points), transform))
 
 
 def _padded(knots: Any, n_points: int, degree: int) -> Floats:
-    """Restore the end knots: openNURBS leaves out the first and the last knot, which no point depends on."""
-    inner = np.asarray(knots, np.float64)
+    """The knots with their first and last repeated: openNURBS omits these two, on which no point depends."""
+    inner = np.asarray(knots, np.float64).reshape(-1)
     padded = np.concatenate([inner[:1], inner, inner[-1:]])
     rising = len(padded) == n_points + degree + 1 and np.isfinite(padded).all() and (np.diff(padded) >= 0).all()
     if degree < 1 or n_points <= degree or not rising or not padded[degree] < padded[n_points]:
@@ -158,16 +235,16 @@ def _moved(points: Floats, transform: Floats | None) -> Floats:
     return points if transform is None else points @ transform.T
 
 
-def decode(data: dict[str, Any]) -> Any:
-    """The rhino3dm object of its bytes, or None."""
+def _decode(data: dict[str, Any]) -> Any:
+    """The rhino3dm object of its encoded form, or None."""
     import rhino3dm
 
     kind: Any = rhino3dm.CommonObject
     return kind.Decode(data)
 
 
-class _PlaneCurves:
-    """The 2D curves of an archive, decoded when first asked for."""
+class _TrimPolylines:
+    """The 2D curves of an archive as fine polylines, decoded when first needed."""
 
     def __init__(self, archive: BrepArchive) -> None:
         self._bytes = archive.curves
@@ -177,9 +254,10 @@ class _PlaneCurves:
         """At least so many fine points (M, 2) along a trim, in its own direction."""
         curve = self._native(trim.curve)
         low, high = trim.domain
-        start, end = curve.Domain.T0, curve.Domain.T1
-        if abs(low - start) + abs(high - end) > 1e-9 * (end - start):
-            curve = curve.Trim(low, high)
+        with _rhino3dm_calls("A trim of a Brep has no 2D curve"):
+            start, end = curve.Domain.T0, curve.Domain.T1
+            if abs(low - start) + abs(high - end) > 1e-9 * (end - start):
+                curve = curve.Trim(low, high)
         form = nurbs_curve(curve)
         uv = curve_points(form, fine_parameters(form, least))[:, :2]
         return uv[::-1].copy() if trim.reversed_curve else uv
@@ -187,7 +265,8 @@ class _PlaneCurves:
     def _native(self, index: int) -> Any:
         if index not in self._decoded:
             data = self._bytes[index] if index >= 0 else None
-            curve = decode(data) if data is not None else None
+            with _rhino3dm_calls("A trim of a Brep has no 2D curve"):
+                curve = _decode(data) if data is not None else None
             if curve is None:
                 raise Unreadable("A trim of a Brep has no 2D curve", remedy="Rebuild its edges in Rhino.")
             self._decoded[index] = curve
@@ -195,7 +274,18 @@ class _PlaneCurves:
 
 
 def fine_parameters(curve: NurbsCurve, least: int = _LEAST_POINTS) -> Floats:
-    """Parameters close together along a curve, its knots among them; at least so many."""
+    """Closely spaced parameters along a curve, its knots among them.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+    least : int
+        Least number of parameters.
+
+    Returns
+    -------
+    (M,) float64
+    """
     spans = np.unique(curve.knots[curve.degree : len(curve.points) + 1])
     if len(spans) < 2:
         return np.repeat(spans, 2)
@@ -205,9 +295,8 @@ def fine_parameters(curve: NurbsCurve, least: int = _LEAST_POINTS) -> Floats:
     return np.append(inner.ravel(), spans[-1])
 
 
-def _face_shape(face: Any, index: int, archive: BrepArchive, curves: _PlaneCurves, moved: Floats) -> FaceShape:
+def _face_shape(native: Any, index: int, archive: BrepArchive, curves: _TrimPolylines, moved: Floats) -> FaceShape:
     record = archive.faces[index]
-    native = face.UnderlyingSurface()
     surface = nurbs_surface(native)
     same = _same_parameters(native, surface)
     # A straight trim may run over many spans of its surface.
@@ -224,7 +313,7 @@ def _face_shape(face: Any, index: int, archive: BrepArchive, curves: _PlaneCurve
     return FaceShape(final, record.reversed != bool(turned), tuple(loops))
 
 
-def _trim_curve(trim: TrimRecord, curves: _PlaneCurves, native: Any, same: bool, least: int) -> TrimCurve:
+def _trim_curve(trim: TrimRecord, curves: _TrimPolylines, native: Any, same: bool, least: int) -> TrimCurve:
     uv = curves.polyline(trim, least)
     if not same:
         uv = _to_nurbs_parameters(native, uv)
@@ -233,7 +322,8 @@ def _trim_curve(trim: TrimRecord, curves: _PlaneCurves, native: Any, same: bool,
 
 
 def _to_nurbs_parameters(native: Any, uv: Floats) -> Floats:
-    carried = [native.GetNurbsFormParameterFromSurfaceParameter(u, v) for u, v in uv.tolist()]
+    with _rhino3dm_calls("A surface has no NURBS form"):
+        carried = [native.GetNurbsFormParameterFromSurfaceParameter(u, v) for u, v in uv.tolist()]
     return np.array([(u, v) for _, u, v in carried], np.float64)
 
 
@@ -241,58 +331,65 @@ def _same_parameters(native: Any, surface: NurbsSurface) -> bool:
     """Whether the surface's own parameters are those of its NURBS form."""
     ways = [np.linspace(*surface.domain(way), 8)[1:-1] for way in (0, 1)]
     uv = np.column_stack([axis.ravel() for axis in np.meshgrid(*ways)])
-    own = np.array([(p.X, p.Y, p.Z) for p in (native.PointAt(u, v) for u, v in uv.tolist())])
+    with _rhino3dm_calls("A surface cannot be evaluated"):
+        own = np.array([(p.X, p.Y, p.Z) for p in (native.PointAt(u, v) for u, v in uv.tolist())])
     size = float(np.ptp(own, axis=0).max())
     return bool(np.abs(own - surface_points(surface, uv)).max() <= 1e-9 * size)
 
 
-# ----------------------------------------------------------------------
-# Shapes far from the origin, brought near to it while they are meshed.
-#
-# Coordinates of ten million leave nine digits for the shape, and evaluating a NURBS surface there loses some of them.
-# The way to the origin is a whole multiple of a power of two above the size, so that subtracting it is exact.
-
-_FAR = 8.0
-"""A surface that is further from the origin than so many times its size is brought near."""
-
-
 def recentred(shapes: Sequence[BrepShape]) -> tuple[list[BrepShape], Floats]:
-    """The shapes moved towards the origin, and the vector (3,) that brings them back; zero where they are near."""
-    places = np.concatenate([_places(face.surface.points) for shape in shapes for face in shape.faces])
+    """Move shapes that are far from the origin near to it.
+
+    Parameters
+    ----------
+    shapes : sequence of BrepShape
+
+    Returns
+    -------
+    shapes : list of BrepShape
+    origin : (3,) float64
+        To be added to bring them back; zero if they were near.
+    """
+    places = np.concatenate([_positions(face.surface.points) for shape in shapes for face in shape.faces])
     low, high = places.min(0), places.max(0)
     size = float((high - low).max())
     if not size > 0 or np.abs(low + high).max() / 2 <= _FAR * size:
         return list(shapes), np.zeros(3)
     step = 2.0 ** np.ceil(np.log2(size))
     origin: Floats = np.round((low + high) / 2 / step) * step
-    return [_shifted(shape, origin) for shape in shapes], origin
+    return [_translated_shape(shape, origin) for shape in shapes], origin
 
 
 def extent_of(shapes: Sequence[BrepShape]) -> float:
-    """Diagonal of the box about the control points."""
-    places = np.concatenate([_places(face.surface.points) for shape in shapes for face in shape.faces])
+    """Diagonal of the bounding box of the control points.
+
+    Parameters
+    ----------
+    shapes : sequence of BrepShape
+    """
+    places = np.concatenate([_positions(face.surface.points) for shape in shapes for face in shape.faces])
     return float(np.linalg.norm(np.ptp(places, axis=0)))
 
 
-def _places(points: Floats) -> Floats:
+def _positions(points: Floats) -> Floats:
     flat = points.reshape(-1, 4)
     places: Floats = flat[:, :3] / flat[:, 3:]
     return places
 
 
-def _shifted(shape: BrepShape, origin: Floats) -> BrepShape:
+def _translated_shape(shape: BrepShape, origin: Floats) -> BrepShape:
     return replace(
         shape,
         vertices=shape.vertices - origin,
-        edges=tuple(replace(edge, points=_less(edge.points, origin)) for edge in shape.edges),
+        edges=tuple(replace(edge, points=_translated(edge.points, origin)) for edge in shape.edges),
         faces=tuple(
-            replace(face, surface=replace(face.surface, points=_less(face.surface.points, origin)))
+            replace(face, surface=replace(face.surface, points=_translated(face.surface.points, origin)))
             for face in shape.faces
         ),
     )
 
 
-def _less(points: Floats, origin: Floats) -> Floats:
+def _translated(points: Floats, origin: Floats) -> Floats:
     """Homogeneous points (..., 4) moved by -origin."""
     moved = points.copy()
     moved[..., :3] -= points[..., 3:] * origin

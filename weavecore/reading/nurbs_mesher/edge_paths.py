@@ -1,4 +1,10 @@
-"""Brep edges by arc length, and where along them the mesh's border vertices lie."""
+"""Brep edges by arc length: where their mesh vertices lie, and which edges of several Breps coincide.
+
+*Dividing.*  An edge with arc length s and wanted size h(s) gets vertices at equal steps of ∫ ds / h, kinks and ends
+among them.  *Joining.*  Edges of different Breps that have the same ends and run within the tolerance of each other
+become one edge with the trims of both, so that both sides share its vertices as the faces of a polysurface do.  O(n
+log n) in the Breps' vertices, then pairwise among edges with the same ends.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +21,17 @@ from weavecore.geometry.nurbs import NurbsCurve, curve_points
 from weavecore.reading.nurbs_mesher.brep_shape import NO_EDGE, BrepShape, FaceShape, TrimCurve, fine_parameters
 
 _KINK = np.radians(20.0)
+"""Turn between two steps of the fine polyline that is a kink; a smooth curve has 16 steps a span and turns less."""
+
 _LEAST_CLOSED = 4
+"""Segments of a closed edge: three have no doubled edges, four keep a small hole from being a single triangle."""
+
 _LEAST_TWIN = 2
+"""Segments of an edge that has the same ends as another: one each would coincide."""
+
+
+_SHARES = np.array([0.25, 0.5, 0.75])
+"""Shares of the length at which two edges are compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +56,16 @@ class EdgePath:
 
 
 def edge_path(curve: NurbsCurve) -> EdgePath:
-    """Measure an edge."""
+    """Measure an edge.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+
+    Returns
+    -------
+    EdgePath
+    """
     parameters = fine_parameters(curve)
     points = curve_points(curve, parameters)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -57,7 +81,16 @@ def edge_path(curve: NurbsCurve) -> EdgePath:
 
 
 def least_segments(shape: BrepShape) -> Ints:
-    """How many segments (E,) each edge must have, so that no two of all segments join the same vertices."""
+    """How many segments each edge must have so that no two of all segments join the same vertices.
+
+    Parameters
+    ----------
+    shape : BrepShape
+
+    Returns
+    -------
+    (E,) int64
+    """
     ends = np.sort(shape.edge_vertices, axis=1)
     _, group, times = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
     least = np.where(times[group.ravel()] > 1, _LEAST_TWIN, 1)
@@ -66,7 +99,21 @@ def least_segments(shape: BrepShape) -> Ints:
 
 
 def divide_path(path: EdgePath, sizes: Floats, least: int) -> Floats:
-    """Arc lengths (K,), ends and kinks among them, spaced by the wanted sizes (M,) at the table's points."""
+    """Divide an edge.
+
+    Parameters
+    ----------
+    path : EdgePath
+    sizes : (M,) float64
+        Wanted edge lengths at the points of the table.
+    least : int
+        Least number of segments.
+
+    Returns
+    -------
+    (K,) float64
+        Arc lengths of the vertices, ends and kinks among them.
+    """
     if path.length == 0:
         return np.linspace(0.0, 0.0, least + 1)
     density = 1.0 / sizes
@@ -79,27 +126,29 @@ def divide_path(path: EdgePath, sizes: Floats, least: int) -> Floats:
     return np.append(np.concatenate(pieces), path.length)
 
 
-# ----------------------------------------------------------------------
-# Breps made one where their edges coincide, before they are meshed.
-#
-# Edges that run alike become one edge with the trims of both, so that both sides share its vertices as the
-# faces of a polysurface do.
-
-_SHARES = np.array([0.25, 0.5, 0.75])
-
-
 def join_shapes(shapes: Sequence[BrepShape], tolerance: float) -> BrepShape:
-    """One shape of several: vertices nearer than ``tolerance`` are one, and edges that coincide."""
+    """One shape of several.
+
+    Parameters
+    ----------
+    shapes : sequence of BrepShape
+    tolerance : float
+        Vertices nearer than this are welded, and edges that coincide within it joined.
+
+    Returns
+    -------
+    BrepShape
+    """
     n_vertices = np.cumsum([0] + [len(s.vertices) for s in shapes])
     n_edges = np.cumsum([0] + [len(s.edges) for s in shapes])
     vertices = np.concatenate([s.vertices for s in shapes])
-    place = _clusters(vertices, tolerance)
-    ends = place[np.concatenate([s.edge_vertices + first for s, first in zip(shapes, n_vertices)])]
+    weld = _clusters(vertices, tolerance)
+    ends = weld[np.concatenate([s.edge_vertices + first for s, first in zip(shapes, n_vertices)])]
     edges = [edge for s in shapes for edge in s.edges]
     trims = np.concatenate([s.edge_trims for s in shapes])
     same, against = _coinciding([edge_path(e) for e in edges], ends, trims, tolerance)
     faces = [
-        _renamed(face, place, same, against, int(v), int(e))
+        _renumbered(face, weld, same, against, int(v), int(e))
         for s, v, e in zip(shapes, n_vertices, n_edges)
         for face in s.faces
     ]
@@ -108,35 +157,35 @@ def join_shapes(shapes: Sequence[BrepShape], tolerance: float) -> BrepShape:
 
 
 def _clusters(points: Floats, tolerance: float) -> Ints:
-    """For each point the first of those that hang together with it."""
+    """For each point the first of those connected to it by steps within the tolerance."""
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     n = len(points)
     links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     _, label = connected_components(links, directed=False)
     _, first = np.unique(label, return_index=True)
-    place: Ints = first[label]
-    return place
+    weld: Ints = first[label]
+    return weld
 
 
 def _coinciding(paths: Sequence[EdgePath], ends: Ints, trims: Ints, tolerance: float) -> tuple[Ints, Ints]:
     """For each edge the first that it coincides with, and whether it runs against that one.
 
-    Only edges with a single trim are joined, and only two by two.
+    Only edges with a single trim are joined, and only in pairs.
     """
     same, against = np.arange(len(paths)), np.zeros(len(paths), np.int64)
     by_ends: dict[tuple[int, int], list[int]] = {}
     for i in np.flatnonzero(trims == 1).tolist():
         key = (int(ends[i].min()), int(ends[i].max()))
-        rivals = by_ends.setdefault(key, [])
-        for j in rivals:
+        candidates = by_ends.setdefault(key, [])
+        for j in candidates:
             ways = [way for way in (0, 1) if _lies_on(paths[i], paths[j], way, tolerance)]
             ways = [way for way in ways if ends[i, way] == ends[j, 0]]
             if ways:
                 same[i], against[i] = j, ways[0]
-                rivals.remove(j)
+                candidates.remove(j)
                 break
         else:
-            rivals.append(i)
+            candidates.append(i)
     return same, against
 
 
@@ -148,10 +197,10 @@ def _lies_on(path: EdgePath, other: EdgePath, against: int, tolerance: float) ->
     return bool(abs(path.length - other.length) <= 4 * tolerance + 1e-3 * other.length and (apart <= slack).all())
 
 
-def _renamed(face: FaceShape, place: Ints, same: Ints, against: Ints, vertex: int, edge: int) -> FaceShape:
-    def renamed(trim: TrimCurve) -> TrimCurve:
+def _renumbered(face: FaceShape, weld: Ints, same: Ints, against: Ints, vertex: int, edge: int) -> FaceShape:
+    def renumbered(trim: TrimCurve) -> TrimCurve:
         a, b = trim.vertices
-        ends = int(place[a + vertex]), int(place[b + vertex])
+        ends = int(weld[a + vertex]), int(weld[b + vertex])
         if trim.edge == NO_EDGE:
             return replace(trim, vertices=ends)
         index = trim.edge + edge
@@ -159,4 +208,4 @@ def _renamed(face: FaceShape, place: Ints, same: Ints, against: Ints, vertex: in
             trim, vertices=ends, edge=int(same[index]), against_edge=trim.against_edge != bool(against[index])
         )
 
-    return replace(face, loops=tuple(tuple(renamed(trim) for trim in loop) for loop in face.loops))
+    return replace(face, loops=tuple(tuple(renumbered(trim) for trim in loop) for loop in face.loops))

@@ -1,4 +1,14 @@
-"""The inside of a face: points in rows, scaled by the local metric, and triangles between them and the border."""
+"""The inside of a face: points in rows, spaced by the local metric, and triangles between them and the border.
+
+Rows of points √3/2 of the wanted length apart, every other one shifted by half a step, make equilateral triangles
+where the metric is even::
+
+      •     •     •     •
+         •     •     •            points too near to the border or to each other are dropped: a maximal
+      •     •     •     •         independent set, found in rounds (Luby 1986)
+
+The points are triangulated in the face's chart, constrained to border and creases.  O(n log n).
+"""
 
 from __future__ import annotations
 
@@ -13,74 +23,116 @@ from weavecore.geometry.triangulate2d import inside_polygons, triangulate_region
 from weavecore.reading.nurbs_mesher.brep_shape import FaceShape
 from weavecore.reading.nurbs_mesher.creases import FaceCreases, face_creases
 from weavecore.reading.nurbs_mesher.face_borders import FaceBorder
-from weavecore.reading.nurbs_mesher.face_grid import FaceGrid, lookup
+from weavecore.reading.nurbs_mesher.face_grid import FaceGrid, interpolate_grid
 
-FREE, HELD = -1, -2
-"""Names of points inside a face: those that may be shifted, and those on a crease."""
+FREE, FIXED = -1, -2
+"""Vertex ids of points inside a face before they are numbered: those that may be shifted, and those on a crease."""
 
 _ROW = np.sqrt(3) / 2
+"""Distance of rows of equilateral triangles, in edge lengths."""
+
 _FROM_BORDER = 0.55
+"""Least distance of a point from the border, in wanted lengths: nearer ones make triangles lower than half of
+it."""
+
 _FROM_EACH_OTHER = 0.7
+"""Least distance between points, in wanted lengths: halfway, by ratio, between the wanted length and half of it."""
+
 _NEAREST = 12
+"""Nearest neighbours with which each point is compared."""
+
 _CLEARLY_LESS = 0.999
-_SCATTER = 0.02
+"""Rows run the other way only if their density varies less by more than rounding."""
+
+_JITTER = 0.02
+"""Greatest shift of a point, in wanted lengths: far above rounding and far below what changes a triangle's
+shape."""
+
 _IRRATIONAL = np.array([0.7548776662466927, 0.5698402909980532])
+"""Steps of the R2 sequence, 1/ρ and 1/ρ² with ρ³ = ρ + 1: evenly spread shifts that never repeat (Roberts 2018)."""
+
 _MOST_ROUNDS = 40
+"""Rounds of thinning; it ends after about the logarithm of the number of points."""
 
 
 @dataclass(frozen=True, eq=False)
 class FacePatch:
-    """A triangulated face by itself: parameters (N, 2), names (N,), triangles (F, 3), crease segments (K, 2).
+    """A triangulated face by itself.
 
-    Points inside are named `FREE`, or `HELD` where they lie on a crease.  Triangles are counter-clockwise in
-    (u, v).  ``missing`` are border segments that cross others.
+    Parameters
+    ----------
+    uv : (N, 2) float64
+        Parameters.
+    vertex_ids : (N,) int64
+        `FREE` inside, or `FIXED` on a crease.
+    faces : (F, 3) int64
+        Triangles, counter-clockwise in (u, v).
+    creases : (K, 2) int64
+        Segments of creases.
+    missing : (M,) int64
+        Border segments that cross others.
     """
 
     uv: Floats
-    names: Ints
+    vertex_ids: Ints
     faces: Ints
     creases: Ints
     missing: Ints
 
 
 def fill_face(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder) -> FacePatch:
-    """Fill a face with points and triangles; no triangles where border segments are missing."""
+    """Fill a face with points and triangles; it has no triangles if border segments are missing.
+
+    Parameters
+    ----------
+    face : FaceShape
+    grid : FaceGrid
+    sizes : (N, M) float64
+        Wanted edge lengths at the grid.
+    border : FaceBorder
+
+    Returns
+    -------
+    FacePatch
+    """
     creases = face_creases(face, grid, sizes, border)
-    seeds = _seeds(face, grid, sizes, border, creases)
-    uv = np.concatenate([border.uv, creases.uv, seeds])
-    names = np.concatenate([border.names, np.full(len(creases.uv), HELD), np.full(len(seeds), FREE)])
+    interior = _interior_points(face, grid, sizes, border, creases)
+    uv = np.concatenate([border.uv, creases.uv, interior])
+    vertex_ids = np.concatenate([border.vertex_ids, np.full(len(creases.uv), FIXED), np.full(len(interior), FREE)])
     chart, n = grid.to_chart(uv), len(border.segments)
     rows = creases.segments
-    # A segment that is given twice bounds nothing: both its sides belong to the face.
+    # A segment that is passed twice bounds nothing: both its sides belong to the face.
     region = triangulate_region(chart, np.concatenate([border.segments, rows, rows]))
     if len(region.missing) and len(rows):
         lost = (region.missing[region.missing >= n] - n) % len(rows)
         rows = np.delete(rows, lost, axis=0)
         region = triangulate_region(chart, np.concatenate([border.segments, rows, rows]))
-    return FacePatch(uv, names, region.faces, rows, region.missing[region.missing < n])
+    return FacePatch(uv, vertex_ids, region.faces, rows, region.missing[region.missing < n])
 
 
-def _seeds(face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder, creases: FaceCreases) -> Floats:
-    uv = _scattered(_rows(grid, sizes), grid, sizes)
+def _interior_points(
+    face: FaceShape, grid: FaceGrid, sizes: Floats, border: FaceBorder, creases: FaceCreases
+) -> Floats:
+    uv = _jittered(_rows(grid, sizes), grid, sizes)
     chart, ring = grid.to_chart(uv), grid.to_chart(border.uv)
     uv = uv[inside_polygons(chart, ring[border.segments[:, 0]], ring[border.segments[:, 1]])]
     if len(uv) == 0:
         return uv
     points = surface_points(face.surface, uv)
-    wanted = lookup(grid, sizes, uv)
+    wanted = interpolate_grid(grid, sizes, uv)
     free = ~_near_segments(face, border, creases, points, wanted)
     uv, points, wanted = uv[free], points[free], wanted[free]
-    return uv[_spread(points, wanted)]
+    return uv[_thinned(points, wanted)]
 
 
 def _rows(grid: FaceGrid, sizes: Floats) -> Floats:
     """Rows of parameters at even spacing on the surface, every other one shifted by half a step.
 
-    Rows run the way in which the distance between them varies less; they are as close as they must be
-    where they are furthest apart.
+    Rows run along the parameter across which their distance varies less, and are close enough where they are
+    furthest apart.
     """
     across = [_row_density(grid, sizes, way) for way in (0, 1)]
-    # Both ways are as good on a plane: the last bit must not choose.
+    # On a plane both ways are equally good: rounding must not decide.
     way = int(across[1][1] < _CLEARLY_LESS * across[0][1])
     density = across[way][0]
     axis, other = (grid.u, grid.v) if way == 0 else (grid.v, grid.u)
@@ -103,22 +155,24 @@ def _rows(grid: FaceGrid, sizes: Floats) -> Floats:
     return np.concatenate(parts) if parts else np.zeros((0, 2))
 
 
-def _scattered(uv: Floats, grid: FaceGrid, sizes: Floats) -> Floats:
-    """Points moved a little, each its own way, by a part of the wanted edge length.
+def _jittered(uv: Floats, grid: FaceGrid, sizes: Floats) -> Floats:
+    """Points shifted by a small part of the wanted edge length, each differently.
 
-    Rows of even steps are full of ties: four points on a circle, two as near as a third.  How these fall would hang
-    on the last bit of the coordinates, and so on where the surface lies and on its unit.
+    Rows of even steps are full of ties: four points on a circle, two equally near to a third.  Rounding would decide
+    them, and with it the place of the surface and its unit.
     """
     turns = np.arange(len(uv))[:, None] * _IRRATIONAL % 1.0 - 0.5
-    steps = np.column_stack([lookup(grid, sizes / np.maximum(grid.speeds[..., way], 1e-300), uv) for way in (0, 1)])
+    steps = np.column_stack(
+        [interpolate_grid(grid, sizes / np.maximum(grid.speeds[..., way], 1e-300), uv) for way in (0, 1)]
+    )
     low, high = np.array([[grid.u[0], grid.v[0]], [grid.u[-1], grid.v[-1]]])
-    moved = uv + _SCATTER * turns * np.minimum(steps, high - low)
-    scattered: Floats = np.clip(moved, low, high)
-    return scattered
+    moved = uv + _JITTER * turns * np.minimum(steps, high - low)
+    jittered: Floats = np.clip(moved, low, high)
+    return jittered
 
 
 def _row_density(grid: FaceGrid, sizes: Floats, way: int) -> tuple[Floats, float]:
-    """Rows per parameter when rows follow each other along ``way``, and how much that varies within a row."""
+    """Rows per parameter if rows follow each other along ``way``, and how much that varies within a row."""
     per_unit = np.where(grid.inside, grid.speeds[..., way] / (_ROW * sizes), 0.0)
     most = per_unit.max(1 - way)
     mean = per_unit.sum(1 - way) / np.maximum(grid.inside.sum(1 - way), 1)
@@ -135,10 +189,10 @@ def _near_segments(face: FaceShape, border: FaceBorder, creases: FaceCreases, po
     return near
 
 
-def _spread(points: Floats, wanted: Floats) -> Bools:
-    """A largest set of points no two of which are too near to each other, found in rounds.
+def _thinned(points: Floats, wanted: Floats) -> Bools:
+    """A maximal set of points of which no two are too near to each other, found in rounds.
 
-    In each round the points that come first among their rivals stay, and their rivals go.
+    In each round the points that come first among their neighbours stay, and their neighbours are removed.
     """
     n = len(points)
     kept = np.ones(n, bool)
@@ -159,9 +213,9 @@ def _spread(points: Floats, wanted: Floats) -> Bools:
             break
         first = np.full(n, n)
         np.minimum.at(first, a, rank[b])
-        winner = undecided & (rank < first)
-        loser = np.zeros(n, bool)
-        loser[b[winner[a]]] = True
-        kept[loser] = False
-        undecided &= ~(winner | loser)
+        selected = undecided & (rank < first)
+        removed = np.zeros(n, bool)
+        removed[b[selected[a]]] = True
+        kept[removed] = False
+        undecided &= ~(selected | removed)
     return kept

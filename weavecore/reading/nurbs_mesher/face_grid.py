@@ -1,7 +1,11 @@
-"""What a face looks like at a grid of parameters: points, speeds, curvature, and a chart of even scale.
+"""A face at a grid of parameters: points, derivatives, curvature, and a chart of even scale.
 
-The *chart* of a face stretches u and v, each by itself, so that lengths in the chart are
-lengths on the surface on average; straight rows stay straight, and borders do not cross.
+The *chart* of a face stretches u and v, each by itself, by the mean length of the derivative over the points inside::
+
+    U(u) = ∫ mean_v |S_u| du        V(v) = ∫ mean_u |S_v| dv
+
+so that lengths in the chart are lengths on the surface on average.  Parameter lines stay straight, and borders that
+do not cross in (u, v) do not cross in the chart.  Linear in the grid, of at most 65 by 65 points.
 """
 
 from __future__ import annotations
@@ -16,10 +20,20 @@ from weavecore.geometry.triangulate2d import inside_polygons
 from weavecore.reading.nurbs_mesher.brep_shape import FaceShape
 
 _LEAST_STEPS = 16
+"""Steps of the grid each way, at least: curvature on a single span is then seen at 17 places."""
+
 _MOST_STEPS = 64
+"""Steps of the grid each way, at most: 4,225 points a face."""
+
 _LEAST_SPEED = 1e-3
+"""Mean derivatives below this part of the greatest are raised to it, so that the chart stays one to one at a
+pole."""
+
 _POLE = 1e-6
+"""Area below this part of the median area marks a pole."""
+
 _BESIDE = 5e-3
+"""At a pole the curvature is taken this part of the way towards the middle of the face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +75,16 @@ class FaceGrid:
 
 
 def face_grid(face: FaceShape) -> FaceGrid:
-    """Evaluate a face over the box of its trims."""
+    """Evaluate a face over the bounding box of its trims.
+
+    Parameters
+    ----------
+    face : FaceShape
+
+    Returns
+    -------
+    FaceGrid
+    """
     rings = [np.concatenate([trim.uv for trim in loop]) for loop in face.loops]
     corners = np.concatenate(rings)
     low, high = corners.min(0), corners.max(0)
@@ -72,7 +95,7 @@ def face_grid(face: FaceShape) -> FaceGrid:
     shape = (len(u), len(v))
     tails = np.concatenate(rings)
     heads = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
-    inside = inside_polygons(_drawn_in(uv, low, high), tails, heads).reshape(shape)
+    inside = inside_polygons(_moved_inside(uv, low, high), tails, heads).reshape(shape)
     if not inside.any():
         inside[:] = True
     speeds = np.stack([np.linalg.norm(jet.du, axis=1), np.linalg.norm(jet.dv, axis=1)], axis=1).reshape(*shape, 2)
@@ -89,7 +112,7 @@ def face_grid(face: FaceShape) -> FaceGrid:
 
 
 def _curvature(face: FaceShape, jet: SurfaceJet, uv: Floats, middle: Floats) -> Floats:
-    """Curvature at ``uv``; where there is none, at a pole, that of a place close by."""
+    """Curvature at ``uv``; at a pole that of a place close by."""
     curvature = greatest_curvature(jet)
     pole = np.flatnonzero(np.linalg.norm(np.cross(jet.du, jet.dv), axis=1) <= _POLE * _typical_area(jet))
     if len(pole):
@@ -103,7 +126,7 @@ def _typical_area(jet: SurfaceJet) -> float:
 
 
 def _parameters(face: FaceShape, way: int, low: float, high: float) -> Floats:
-    """Parameters from low to high: every span of the surface gets its share."""
+    """Parameters from low to high with some on every span of the surface."""
     knots = np.unique(face.surface.knots[way])
     spans = np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])
     steps = int(np.clip(-(-_LEAST_STEPS // (len(spans) - 1)), 3, _LEAST_STEPS))
@@ -114,14 +137,14 @@ def _parameters(face: FaceShape, way: int, low: float, high: float) -> Floats:
     return np.unique(axis) if high > low else np.array([low, low + 1.0])
 
 
-def _drawn_in(uv: Floats, low: Floats, high: Floats) -> Floats:
-    """Points on the border of the box are moved in a little, so that they count as inside it."""
+def _moved_inside(uv: Floats, low: Floats, high: Floats) -> Floats:
+    """Points on the border of the box moved in a little, so that they count as inside it."""
     margin = 1e-6 * (high - low)
     return np.clip(uv, low + margin, high - margin)
 
 
 def _stretch(axis: Floats, speed: Floats, inside: Bools, along: int) -> Floats:
-    """Chart coordinates of ``axis``: mean speed of the points inside, summed up."""
+    """Chart coordinates of ``axis``: the integral of the mean speed of the points inside."""
     count = inside.sum(along)
     mean = np.where(inside, speed, 0.0).sum(along) / np.maximum(count, 1)
     if (count == 0).any():
@@ -130,8 +153,19 @@ def _stretch(axis: Floats, speed: Floats, inside: Bools, along: int) -> Floats:
     return np.concatenate([[0.0], np.cumsum(np.diff(axis) * (mean[1:] + mean[:-1]) / 2)])
 
 
-def lookup(grid: FaceGrid, values: Floats, uv: Floats) -> Floats:
-    """Values (N, M) at the grid, interpolated at ``uv`` (K, 2)."""
+def interpolate_grid(grid: FaceGrid, values: Floats, uv: Floats) -> Floats:
+    """Bilinear interpolation of values at a grid.
+
+    Parameters
+    ----------
+    grid : FaceGrid
+    values : (N, M) float64
+    uv : (K, 2) float64
+
+    Returns
+    -------
+    (K,) float64
+    """
     i, s = _cell(grid.u, uv[:, 0])
     j, t = _cell(grid.v, uv[:, 1])
     low = values[i, j] * (1 - t) + values[i, j + 1] * t

@@ -1,15 +1,13 @@
-"""`MeshedObject`: what becomes of a surface of a Rhino file."""
+"""`MeshedObject`: the triangle mesh of an object of a Rhino file."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, frozen
-
-UNTOLD = -1
-"""Instead of a number of borders where the object does not say it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,17 +20,17 @@ class MeshedObject:
         In the object's own unit and frame.
     faces : (F, 3) int64
         Counter-clockwise seen from outside.
-    loops_expected : int
-        How many borders the object says that it has, or `UNTOLD`.
+    n_borders_expected : int, optional
+        How many border loops it has by its own topology; None if unknown.
     chord_error : float
-        The greatest distance measured between the mesh and the surface; 0 where it was not measured.
+        The greatest distance measured between the mesh and the surface; 0 if not measured.
     notes : sequence of str
-        What is worth telling, one sentence each.
+        What the user should know, one sentence each.
     """
 
     vertices: Floats
     faces: Ints
-    loops_expected: int
+    n_borders_expected: Optional[int] = None
     chord_error: float = 0.0
     notes: tuple[str, ...] = ()
 

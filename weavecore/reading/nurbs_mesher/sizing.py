@@ -1,8 +1,14 @@
 """How long the triangles' edges should be at every place: by curvature, by features, graded.
 
-On a surface of curvature k an edge of length h errs by k·h²/8 in its middle and a triangle by k·h²/6 in
-its own: the wanted length follows from the error allowed, O(h²).  It grows by no more than a quarter of
-the distance from where it is small, so that triangles stay well shaped.
+On a surface of curvature k an edge of length h lies k h²/8 off at its midpoint, and a triangle k h²/6 at its centre.
+With the chord error c allowed the wanted length is
+
+    h = min(√(3.5 c / k), 0.6 / k, longest edge),      never below 4 c
+
+(3.5 rather than 6 leaves room for longer edges beside wanted ones).  Short features ask for edges no longer than
+they are. The lengths are then graded to grow by no more than a quarter of the distance, which keeps triangles well
+shaped: the greatest function below h with that slope is a shortest path from a virtual source (Persson 2006), O(n
+log n) by Dijkstra.
 """
 
 from __future__ import annotations
@@ -24,20 +30,43 @@ CHORD_SHARE = 1e-3
 """Chord error allowed, as a part of the size (the diagonal of the box about the surface)."""
 
 _EDGE_SHARE = 1 / 50
-# Whatever is asked for, a mesh must have enough triangles to be the surface: a sphere of four is none.
+"""Longest edge by default, as a part of the size."""
+
 _MOST_EDGE_SHARE, _MOST_CHORD_SHARE = 1 / 4, 0.02
-# A spacing asks for two edges and for a chord error that does not show beside it.  However small it is, it does
-# not ask for more than some 100,000 triangles: the offset divides flat triangles by itself.
+"""Longest edge and greatest chord error whatever is asked for: coarser meshes no longer have the surface's
+shape."""
+
 _EDGES_OF_SPACING, _LEAST_EDGE_SHARE = 0.5, 1 / 150
+"""A spacing asks for edges of half its length, down to this part of the size: some 100,000 triangles, for the
+offset refines flat triangles by itself."""
+
 _CHORD_OF_SPACING, _LEAST_CHORD_SHARE = 0.02, 1e-4
+"""A spacing asks for a chord error of this part of it, down to that part of the size."""
+
 _CHORD_FACTOR = 3.5
+"""h² k / c: 6 would use up the chord error at the centre of a triangle with edges of exactly h; they reach 1.3
+h."""
+
 _ANGLE = 0.6
+"""Radians that an edge may turn: about ten edges around the smallest cylinder."""
+
 _LEAST_IN_CHORDS = 4.0
+"""Shortest edge in chord errors: shorter ones follow detail that the error allowed hides."""
+
 _SEGMENTS_OF_CLOSED = 8
+"""Segments of a closed edge, so that a small hole stays round."""
+
 _GRADING = 0.25
+"""Growth of the wanted length by distance."""
+
 _NEIGHBOURS = 6
+"""Nearest points, across faces and edges, that gradation also follows."""
+
 _MOST_TRIANGLES = 5_000_000
+"""Triangles of a mesh: far more than a weave needs, and what a mistyped edge target asks for."""
+
 _HEXAGONAL = np.sqrt(3) / 4
+"""Area of an equilateral triangle of edge 1."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +80,7 @@ class SizeLimits:
 
 @dataclass(frozen=True)
 class Fineness:
-    """What a caller asks of a mesh; see `mesh_object`."""
+    """The edge length and chord error that a caller asks for: see `mesh_object`."""
 
     edge_target: float | None = None
     chord: float | None = None
@@ -71,18 +100,44 @@ DEFAULT_FINENESS = Fineness()
 """Edges of a fiftieth of the size, and a chord error of a thousandth of it."""
 
 
-def size_limits(grids: Sequence[FaceGrid], paths: Sequence[EdgePath], wanted: Fineness) -> SizeLimits:
-    """Limits from what the caller asks for, or from the surface's size."""
+def size_limits(grids: Sequence[FaceGrid], paths: Sequence[EdgePath], fineness: Fineness) -> SizeLimits:
+    """Limits from what the caller asks for, or from the surface's size.
+
+    Parameters
+    ----------
+    grids : sequence of FaceGrid
+    paths : sequence of EdgePath
+    fineness : Fineness
+
+    Returns
+    -------
+    SizeLimits
+
+    Raises
+    ------
+    Degenerate
+    """
     corners = [g.points[g.inside] for g in grids] + [p.points for p in paths]
     cloud = np.concatenate(corners)
     extent = float(np.linalg.norm(np.ptp(cloud, axis=0)))
     if not extent > 0:
         raise Degenerate("The surface has no extent", remedy="Give a surface that has an area.")
-    return wanted.limits(extent)
+    return fineness.limits(extent)
 
 
 def size_by_curvature(curvature: Floats, limits: SizeLimits) -> Floats:
-    """The edge length that keeps the chord error, at each curvature given."""
+    """The edge length that keeps the chord error.
+
+    Parameters
+    ----------
+    curvature : float64 array
+        Greatest principal curvature, without sign.
+    limits : SizeLimits
+
+    Returns
+    -------
+    float64 array of the same shape
+    """
     bent = np.maximum(curvature, 1e-300)
     length = np.minimum(np.sqrt(_CHORD_FACTOR * limits.chord / bent), _ANGLE / bent)
     sizes: Floats = np.clip(length, min(_LEAST_IN_CHORDS * limits.chord, limits.edge), limits.edge)
@@ -93,6 +148,21 @@ def graded_sizes(
     grids: Sequence[FaceGrid], paths: Sequence[EdgePath], closed: Sequence[bool], limits: SizeLimits
 ) -> tuple[list[Floats], list[Floats]]:
     """Wanted edge lengths at the points of all grids and of all edge tables.
+
+    Parameters
+    ----------
+    grids : sequence of FaceGrid
+    paths : sequence of EdgePath
+    closed : sequence of bool
+        Whether each edge is closed.
+    limits : SizeLimits
+
+    Returns
+    -------
+    sizes : list of (N, M) float64
+        At the grids.
+    along : list of (M,) float64
+        At the edge tables.
 
     Raises
     ------
@@ -129,7 +199,9 @@ def _grid_links(grids: Sequence[FaceGrid]) -> Ints:
 
 
 def _graded(points: Floats, wanted: Floats, links: Ints) -> Floats:
-    """The greatest lengths that are nowhere above ``wanted`` and grow slowly: a shortest path from a virtual source."""
+    """The greatest lengths that are nowhere above ``wanted`` and grow slowly: a shortest path from a virtual
+    source.
+    """
     n = len(points)
     _, near = cKDTree(points).query(points, k=min(_NEIGHBOURS + 1, n))
     near = np.asarray(near).reshape(n, -1)[:, 1:]

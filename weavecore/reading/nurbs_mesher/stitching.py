@@ -1,7 +1,12 @@
-"""`join_meshes`: meshes made one along borders that coincide, whatever they came from.
+"""Meshes stitched along borders that coincide, whatever they were made from.
 
-The borders of two meshes seldom have the same vertices.  Those that are near to each other become one; those
-that lie along a segment of another border are put into it.
+The borders of two meshes seldom have the same vertices.  Vertices that are each other's nearest are welded; those
+that lie along a segment of another border are inserted into it, which splits its triangle into a fan::
+
+       ───a───────────b───             ───a───────────b───
+       ───p────q──────r───    ──▶       welded: a = p, b = r; the triangle on ab gets q on its side
+
+Neighbours are found with k-d trees: O(n log n) in the border vertices, once for each mesh.
 """
 
 from __future__ import annotations
@@ -15,11 +20,15 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, first_equal_point
-from weavecore.reading.nurbs_mesher.meshed_object import UNTOLD, MeshedObject
-from weavecore.reading.orientation import find_mates, unify_orientation
+from weavecore.reading.nurbs_mesher.meshed_object import MeshedObject
+from weavecore.reading.orientation import pair_edges, unify_orientation
 
 _MOST_SHIFT = 0.3
+"""Welding moves a vertex by less than this part of its shortest border segment, so that no triangle flips."""
+
 _NEAREST = 8
+"""Candidates for the nearest vertex or segment: more than the vertices of one mesh that can be nearer to a vertex
+than its counterpart."""
 
 
 def join_meshes(meshes: Sequence[MeshedObject], *, tolerance: float) -> MeshedObject:
@@ -29,37 +38,46 @@ def join_meshes(meshes: Sequence[MeshedObject], *, tolerance: float) -> MeshedOb
     ----------
     meshes : sequence of MeshedObject
     tolerance : float
-        How far apart borders may lie, beside the meshes' chord errors.
+        How far apart borders may lie, in addition to the meshes' chord errors.
 
     Returns
     -------
     MeshedObject
-        Oriented alike; its border may have fewer vertices than the meshes' had.  ``loops_expected`` is
-        `UNTOLD`: it follows from what was joined.
+        Oriented alike; its border may have fewer vertices than the meshes' had.  ``n_borders_expected``
+        is None: it depends on what was joined.
 
     Raises
     ------
     NotOrientable
     """
     starts = np.cumsum([0] + [len(m.vertices) for m in meshes])
-    points = np.concatenate([m.vertices for m in meshes])
+    vertices = np.concatenate([m.vertices for m in meshes])
     faces = np.concatenate([m.faces + start for m, start in zip(meshes, starts)])
-    part = np.repeat(np.arange(len(meshes)), [len(m.vertices) for m in meshes])
-    reach = tolerance + 2 * max(m.chord_error for m in meshes)
-    faces = _weld_borders(points, faces, part, reach)
-    face_part = np.repeat(np.arange(len(meshes)), [len(m.faces) for m in meshes])
-    faces = _insert_in_borders(points, faces, face_part, reach)
+    mesh_of_vertex = np.repeat(np.arange(len(meshes)), [len(m.vertices) for m in meshes])
+    tolerance = tolerance + 2 * max(m.chord_error for m in meshes)
+    faces = _weld_borders(vertices, faces, mesh_of_vertex, tolerance)
+    mesh_of_face = np.repeat(np.arange(len(meshes)), [len(m.faces) for m in meshes])
+    faces = _insert_in_borders(vertices, faces, mesh_of_face, tolerance)
     used, named = np.unique(faces, return_inverse=True)
-    points, faces = points[used], named.reshape(-1, 3)
-    place = first_equal_point(points)
-    mates, _ = find_mates(faces, place)
-    faces = unify_orientation(points, faces, place, mates, np.arange(len(faces))).apply(faces)
+    vertices, faces = vertices[used], named.reshape(-1, 3)
+    weld = first_equal_point(vertices)
+    partner, _ = pair_edges(faces, weld)
+    faces = unify_orientation(vertices, faces, weld, partner, np.arange(len(faces))).apply(faces)
     notes = dict.fromkeys(note for m in meshes for note in m.notes)
-    return MeshedObject(points, faces, UNTOLD, max(m.chord_error for m in meshes), tuple(notes))
+    return MeshedObject(vertices, faces, None, max(m.chord_error for m in meshes), tuple(notes))
 
 
-def split_parts(meshes: Sequence[MeshedObject]) -> list[MeshedObject]:
-    """The parts of meshes that hang together along edges, each as a mesh of its own."""
+def split_components(meshes: Sequence[MeshedObject]) -> list[MeshedObject]:
+    """Connected components of meshes, each as a mesh.
+
+    Parameters
+    ----------
+    meshes : sequence of MeshedObject
+
+    Returns
+    -------
+    list of MeshedObject
+    """
     parts = []
     for mesh in meshes:
         key = _side_keys(mesh.faces)
@@ -81,92 +99,96 @@ def _side_keys(faces: Ints) -> Ints:
 
 
 def _border_sides(faces: Ints) -> tuple[Ints, Ints]:
-    """Tail and head (B, 2) of the sides that one face has, and their numbers 3 · face + corner (B,)."""
+    """Tail and head (B, 2) of the sides with a single face, and their numbers 3 · face + corner (B,)."""
     tail, head = faces.ravel(), faces[:, [1, 2, 0]].ravel()
     _, index, times = np.unique(_side_keys(faces), return_index=True, return_counts=True)
     alone = np.sort(index[times == 1])
     return np.column_stack([tail[alone], head[alone]]), alone
 
 
-def _weld_borders(points: Floats, faces: Ints, part: Ints, reach: float) -> Ints:
-    """Make one of border vertices of different meshes that are nearest to each other and near."""
+def _weld_borders(vertices: Floats, faces: Ints, mesh_of_vertex: Ints, tolerance: float) -> Ints:
+    """The faces with border vertices welded that are each other's nearest in different meshes and within
+    tolerance.
+    """
     sides, _ = _border_sides(faces)
     border = np.unique(sides)
-    length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
-    least = np.full(len(points), np.inf)
+    length = np.linalg.norm(vertices[sides[:, 0]] - vertices[sides[:, 1]], axis=1)
+    least = np.full(len(vertices), np.inf)
     np.minimum.at(least, sides.ravel(), np.repeat(length, 2))
-    near_line = _near_other_borders(points, sides, border, part, reach)
+    near_line = _near_other_borders(vertices, sides, border, mesh_of_vertex, tolerance)
     border = border[near_line]
     if len(border) < 2:
         return faces
     k = min(_NEAREST, len(border))
-    found, near = cKDTree(points[border]).query(points[border], k=k)
+    found, near = cKDTree(vertices[border]).query(vertices[border], k=k)
     a, b, distance = np.repeat(border, k), border[np.ravel(near)], np.ravel(found)
-    close = (part[a] != part[b]) & (distance <= _MOST_SHIFT * np.minimum(least[a], least[b]))
+    close = (mesh_of_vertex[a] != mesh_of_vertex[b]) & (distance <= _MOST_SHIFT * np.minimum(least[a], least[b]))
     a, b, distance = a[close], b[close], distance[close]
-    best = np.full(len(points), np.inf)
+    best = np.full(len(vertices), np.inf)
     np.minimum.at(best, a, distance)
     mutual = (distance <= best[a]) & (distance <= best[b])
-    links = coo_matrix((np.ones(mutual.sum()), (a[mutual], b[mutual])), shape=(len(points), len(points)))
+    links = coo_matrix((np.ones(mutual.sum()), (a[mutual], b[mutual])), shape=(len(vertices), len(vertices)))
     _, label = connected_components(links, directed=False)
     _, first = np.unique(label, return_index=True)
     welded: Ints = first[label][faces]
     return welded
 
 
-def _near_other_borders(points: Floats, sides: Ints, border: Ints, part: Ints, reach: float) -> Bools:
+def _near_other_borders(vertices: Floats, sides: Ints, border: Ints, mesh_of_vertex: Ints, tolerance: float) -> Bools:
     """Which border vertices lie on a border segment of another mesh."""
     found = np.zeros(len(border), bool)
-    owner = part[sides[:, 0]]
-    for k in np.unique(part[border]).tolist():
-        mine, others = part[border] == k, owner != k
+    owner = mesh_of_vertex[sides[:, 0]]
+    for k in np.unique(mesh_of_vertex[border]).tolist():
+        own, others = mesh_of_vertex[border] == k, owner != k
         if others.any():
-            _, distance, _ = _nearest_side(points, sides[others], border[mine])
-            found[mine] = distance <= reach
+            _, distance, _ = _nearest_side(vertices, sides[others], border[own])
+            found[own] = distance <= tolerance
     return found
 
 
-def _nearest_side(points: Floats, sides: Ints, vertices: Ints) -> tuple[Ints, Floats, Floats]:
-    """The nearest segment to each vertex, the distance, and where along the segment the vertex lies (0 to 1)."""
-    tail, head = points[sides[:, 0]], points[sides[:, 1]]
+def _nearest_side(vertices: Floats, sides: Ints, which: Ints) -> tuple[Ints, Floats, Floats]:
+    """The nearest segment to each vertex in ``which``, the distance, and where along the segment the vertex lies (0
+    to 1).
+    """
+    tail, head = vertices[sides[:, 0]], vertices[sides[:, 1]]
     middle = (tail + head) / 2
     k = min(_NEAREST, len(sides))
-    _, near = cKDTree(middle).query(points[vertices], k=k)
-    near = near.reshape(len(vertices), k)
+    _, near = cKDTree(middle).query(vertices[which], k=k)
+    near = near.reshape(len(which), k)
     along = head[near] - tail[near]
-    t = np.einsum("vkx,vkx->vk", points[vertices][:, None] - tail[near], along)
+    t = np.einsum("vkx,vkx->vk", vertices[which][:, None] - tail[near], along)
     t = np.clip(t / np.maximum(np.einsum("vkx,vkx->vk", along, along), 1e-300), 0.0, 1.0)
-    apart = np.linalg.norm(tail[near] + t[..., None] * along - points[vertices][:, None], axis=2)
+    apart = np.linalg.norm(tail[near] + t[..., None] * along - vertices[which][:, None], axis=2)
     best = apart.argmin(1)
-    row = np.arange(len(vertices))
+    row = np.arange(len(which))
     return near[row, best], apart[row, best], t[row, best]
 
 
-def _insert_in_borders(points: Floats, faces: Ints, face_part: Ints, reach: float) -> Ints:
-    """Put border vertices into the segments of other borders that they lie on."""
+def _insert_in_borders(vertices: Floats, faces: Ints, mesh_of_face: Ints, tolerance: float) -> Ints:
+    """The faces with border vertices inserted into the segments of other borders that they lie on."""
     sides, number = _border_sides(faces)
-    side_part = face_part[number // 3]
+    mesh_of_side = mesh_of_face[number // 3]
     rows: list[tuple[int, float, int]] = []
-    for k in np.unique(side_part).tolist():
-        others = side_part != k
-        mine = np.setdiff1d(sides[~others], sides[others])
-        if not others.any() or len(mine) == 0:
+    for k in np.unique(mesh_of_side).tolist():
+        others = mesh_of_side != k
+        own = np.setdiff1d(sides[~others], sides[others])
+        if not others.any() or len(own) == 0:
             continue
-        nearest, distance, t = _nearest_side(points, sides[others], mine)
-        hit = (distance <= reach) & (t > 0) & (t < 1)
+        nearest, distance, t = _nearest_side(vertices, sides[others], own)
+        hit = (distance <= tolerance) & (t > 0) & (t < 1)
         which = number[others][nearest[hit]]
-        rows += zip(which.tolist(), t[hit].tolist(), mine[hit].tolist())
+        rows += zip(which.tolist(), t[hit].tolist(), own[hit].tolist())
     by_face: dict[int, tuple[list[int], list[int], list[int]]] = {}
     for side, _, vertex in sorted(rows):
         by_face.setdefault(side // 3, ([], [], []))[side % 3].append(vertex)
-    fresh = [fan for face, put in by_face.items() for fan in _fan(faces[face].tolist(), put)]
+    fresh = [fan for face, inserted in by_face.items() for fan in _fan(faces[face].tolist(), inserted)]
     kept = np.delete(faces, sorted(by_face), axis=0)
     return np.concatenate([kept, np.array(fresh, np.int64).reshape(-1, 3)])
 
 
-def _fan(corners: Sequence[int], put: Sequence[list[int]]) -> list[tuple[int, int, int]]:
-    """Triangles of a triangle (a, b, c) with vertices put into its sides ab, bc and ca."""
-    (a, b, c), (ab, bc, ca) = corners, put
+def _fan(corners: Sequence[int], inserted: Sequence[list[int]]) -> list[tuple[int, int, int]]:
+    """Triangles of a triangle (a, b, c) with vertices inserted into its sides ab, bc and ca."""
+    (a, b, c), (ab, bc, ca) = corners, inserted
     if ab:
         row = [*ab, b]
         between = [(p, q, c) for p, q in zip(row[:-2], row[1:-1])]

@@ -1,4 +1,18 @@
-"""A SubD as a mesh of its limit surface: refined where it needs it, each vertex moved to where it tends."""
+"""A SubD as a mesh of its limit surface: refined, sampled strip by strip, each vertex at its limit position.
+
+rhino3dm refines a SubD and gives the limit position of each vertex.  All quads are refined alike; of the refinement
+each *strip* keeps only as many divisions as it needs.  A strip is a row of quads side by side, each sharing two
+opposite edges with its neighbours; all edges across it are divided alike, so that quads fit together without hanging
+vertices::
+
+    ┌───┬───┬───┐        a *grid* (Q, m + 1, m + 1) holds for every quad the vertices of the refinement
+    │ · │ · │ · │ strip   that lie in it; dividing a strip n times is taking every (m / n)-th of its rows
+    └───┴───┴───┘
+
+Long quads are divided more often lengthwise, and bent ones more often than flat ones.  Then single triangles that
+are too long or leave the surface are bisected at their longest edges, which keeps their angles from getting small
+(Rivara 1984), at the vertex of the grid in the middle of the edge.  Linear in the quads of the refinement.
+"""
 
 from __future__ import annotations
 
@@ -18,42 +32,93 @@ from weavecore.reading.nurbs_mesher.sizing import DEFAULT_FINENESS, Fineness
 from weavecore.reading.polygon_triangulation import split_quads
 
 _MOST_QUADS = 400_000
+"""Quads of a refinement that was asked for by name; beyond, it is too much work."""
+
 _USUAL_QUADS = 100_000
+"""Quads of a refinement that was not asked for."""
+
+
+_TOO_LONG = 1.3
+"""Sides of quads longer than this in wanted lengths are divided: about √2, where halves are as far off as the
+whole."""
+
+_LONGEST_SIDE = _TOO_LONG * float(np.sqrt(2.0))
+"""Longest side of a triangle in wanted lengths: the diagonal of a square that is not divided."""
+
+_MOST_UNFIT = 0.25
+"""A strip is divided if more than this part of its quads need it; single ones are bisected later."""
+
+_QUANTILE = 0.995
+"""Part of the quads that decide how far to refine: a few that are drawn out must not refine all the others."""
+
+
+_LONG_QUAD = 0.5
+"""A strip is divided where its quads are on average longer than wide by 2 to this power: 1.41 times."""
+
+_MOST_ROUNDS = 40
+"""Rounds of bisection; each halves the sides that are too long, and the grid has at most ten levels."""
+
+
+_MOST_PASSES = 50
+"""Passes that mark longest sides from triangle to triangle; chains of growing edges are short."""
+
+
+_ALIKE = 1.0 - 1e-9
+"""Sides whose lengths differ by less are equally long: rounding must not decide."""
+
+
+_NEARLY_LONGEST = 0.8
+"""Sides shorter than this in longest sides are not bisected: that makes needles."""
 
 
 def mesh_subd(
     subd: Any,
     *,
-    wanted: Fineness = DEFAULT_FINENESS,
+    fineness: Fineness = DEFAULT_FINENESS,
     transform: Floats | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> MeshedObject:
-    """Mesh the limit surface of a ``rhino3dm.SubD``; see `mesh_object`.
+    """Mesh the limit surface of a SubD.
 
-    It is refined, and of the refinement each strip of quads keeps as many divisions as its length and its bend ask
-    for.  What was not asked for by name is refined to 100,000 quads at most before that.
+    Parameters
+    ----------
+    subd : rhino3dm.SubD
+    fineness : Fineness
+        Unless an edge length or chord error is asked for, it is refined to 100,000 quads at most.
+    transform : (4, 4) float64, optional
+        Applied to it.
+    progress : callable, optional
+        Called with a fraction and a label; may raise to cancel.
+
+    Returns
+    -------
+    MeshedObject
+
+    Raises
+    ------
+    Degenerate, NonFinite, TooMuchWork, Unreadable
     """
     moved = np.eye(4) if transform is None else transform
     if subd.FaceCount == 0:
         raise Degenerate("The SubD has no faces", remedy="Give a surface that has an area.")
     points, base = _refined(subd, 1, moved, progress)
-    strips = strips_of(base)
+    strips = _strips_of(base)
     grid, cells, quads, level = base[:, [[0, 3], [1, 2]]], np.arange(len(base)).reshape(-1, 1, 1), base, 1
     steps = 1
     while steps:
         level += 1
         points, finer = _refined(subd, level, moved, progress)
-        grid, cells = finer_grid(grid, cells, quads, finer)
+        grid, cells = _finer_grid(grid, cells, quads, finer)
         quads = finer
-        limits = wanted.limits(float(np.linalg.norm(np.ptp(points, axis=0))))
-        division = divide_strips(points[grid], strips, limits.edge, limits.chord)
-        steps = _steps_to_go(division, len(quads), wanted)
-    owner, places = picked_quads(grid, strips, division.times)
+        limits = fineness.limits(float(np.linalg.norm(np.ptp(points, axis=0))))
+        division = _divide_strips(points[grid], strips, limits.edge, limits.chord)
+        steps = _steps_to_go(division, len(quads), fineness)
+    owner, places = _sampled_quads(grid, strips, division.times)
     split = split_quads(
         points[grid[owner[:, None], places[..., 0], places[..., 1]]].reshape(-1, 3), _counted(len(owner))
     )
     corners = places.reshape(-1, 2)[split].reshape(-1, 3, 2)
-    faces, rise = bisected(points, grid, np.repeat(owner, 2), corners, LONGEST_SIDE * limits.edge, limits.chord)
+    faces, rise = _bisected(points, grid, np.repeat(owner, 2), corners, _LONGEST_SIDE * limits.edge, limits.chord)
     used, named = np.unique(faces, return_inverse=True)
     faces = named.reshape(-1, 3)
     if np.linalg.det(moved[:3, :3]) < 0:
@@ -61,7 +126,7 @@ def mesh_subd(
     return MeshedObject(points[used], faces, _border_loops(subd), max(rise, division.rise_left))
 
 
-def _steps_to_go(division: Division, n_quads: int, wanted: Fineness) -> int:
+def _steps_to_go(division: Division, n_quads: int, fineness: Fineness) -> int:
     """How many refinements are still wanted.
 
     Raises
@@ -70,8 +135,8 @@ def _steps_to_go(division: Division, n_quads: int, wanted: Fineness) -> int:
         Where what was asked for takes too many.
     """
     asked = max(
-        division.steps_by_edge if wanted.edge_target else 0,
-        division.steps_by_chord if wanted.chord else 0,
+        division.steps_by_edge if fineness.edge_target else 0,
+        division.steps_by_chord if fineness.chord else 0,
     )
     if asked and n_quads * 4**asked > _MOST_QUADS:
         raise TooMuchWork("The SubD would take too many faces", remedy="Give a longer edge target.")
@@ -109,7 +174,7 @@ def _limit_quads(subd: Any, moved: Floats) -> tuple[Floats, Ints]:
 
 
 def _net_quads(subd: Any) -> Ints | None:
-    """The faces by way of a mesh of the control net, which numbers all alike and is faster; else None."""
+    """The faces from a mesh of the control net, which numbers vertices alike and is faster; else None."""
     import rhino3dm
 
     of_rhino: Any = rhino3dm
@@ -137,28 +202,7 @@ def _border_loops(subd: Any) -> int:
     return len({find(v) for v in list(root)})
 
 
-# ----------------------------------------------------------------------
-# Quads of a refined SubD, sampled as densely as each strip of them needs.
-#
-# A *strip* is a row of quads side by side, each sharing two opposite edges with its neighbours.  All edges across a
-# strip are divided alike, so that quads fit together without hanging vertices, and still long quads are divided
-# more often the long way and bent ones more often than flat ones.
-#
-# Dividing is picking: a *grid* holds, for every quad, the vertices of a finer refinement that lie in it.
-
-_TOO_LONG = 1.3
-LONGEST_SIDE = _TOO_LONG * float(np.sqrt(2.0))
-"""How long a side of a triangle may be, in edges that are wanted: the diagonal of a square that is not divided."""
-
-_MOST_UNFIT = 0.25
-"""A strip is divided where more of its quads than this need it; single ones are divided by themselves."""
-
-_MOST = 0.995
-_LONG_QUAD = 0.5
-"""A strip is divided where its quads are longer than wide by this power of two: 1.41 times."""
-
-
-def finer_grid(grid: Ints, cells: Ints, quads: Ints, finer: Ints) -> tuple[Ints, Ints]:
+def _finer_grid(grid: Ints, cells: Ints, quads: Ints, finer: Ints) -> tuple[Ints, Ints]:
     """The grid over a refinement that is finer by one step.
 
     Parameters
@@ -179,7 +223,7 @@ def finer_grid(grid: Ints, cells: Ints, quads: Ints, finer: Ints) -> tuple[Ints,
     Raises
     ------
     Unreadable
-        Where ``finer`` is not so arranged.
+        Where ``finer`` is in another order.
     """
     corner, middle, centre = _children(quads, finer)
     turn = np.argmax(quads[cells] == grid[:, :-1, :-1, None], axis=3)
@@ -217,13 +261,13 @@ def _children(quads: Ints, finer: Ints) -> tuple[Ints, Ints, Ints]:
 
 def _not_arranged() -> Unreadable:
     return Unreadable(
-        "A SubD is not refined face by face, as it would be were it whole",
+        "The refinement of a SubD does not follow its faces",
         remedy="Repair the object in Rhino (SelBadObjects), or turn it into a mesh there.",
     )
 
 
-def strips_of(quads: Ints) -> Ints:
-    """The strip (Q, 2) that the sides 0 and 2 of each quad lie across, and that of the sides 1 and 3."""
+def _strips_of(quads: Ints) -> Ints:
+    """The strip (Q, 2) that sides 0 and 2 of each quad lie across, and that of sides 1 and 3."""
     tail, head = quads, np.roll(quads, -1, axis=1)
     key = np.minimum(tail, head) * np.int64(quads.max() + 1) + np.maximum(tail, head)
     edges, side = np.unique(key, return_inverse=True)
@@ -254,7 +298,7 @@ class Division:
     steps_by_chord: int
 
 
-def divide_strips(points: Floats, strips: Ints, edge: float, chord: float) -> Division:
+def _divide_strips(points: Floats, strips: Ints, edge: float, chord: float) -> Division:
     """Divide each strip as often as it needs, and as the grid lets it be.
 
     Parameters
@@ -280,9 +324,8 @@ def divide_strips(points: Floats, strips: Ints, edge: float, chord: float) -> Di
             break
         times[wanted] *= 2
     length, rise = _sides(points, np.full_like(strips, most))
-    # A few quads that are drawn out must not refine all the others.
-    by_edge = np.log2(max(float(np.quantile(length, _MOST)), 1e-300) / (_TOO_LONG * edge))
-    by_chord = np.log2(max(float(np.quantile(rise.sum(1), _MOST)), 1e-300) / chord) / 2
+    by_edge = np.log2(max(float(np.quantile(length, _QUANTILE)), 1e-300) / (_TOO_LONG * edge))
+    by_chord = np.log2(max(float(np.quantile(rise.sum(1), _QUANTILE)), 1e-300) / chord) / 2
     steps = [max(int(np.ceil(by - 1e-9)), 0) for by in (by_edge, by_chord)]
     return Division(times, float(rise.sum(1).max()), *steps)
 
@@ -303,7 +346,9 @@ def _sides(points: Floats, times: Ints) -> tuple[Floats, Floats]:
 
 
 def _rise(along: Floats, n: int) -> Floats:
-    """The greatest distance between the middles of parts and the surface; a quarter of that of parts twice as long."""
+    """The greatest distance between the middles of parts and the surface; a quarter of that of parts twice as
+    long.
+    """
     most = along.shape[1] - 1
     share = 1.0
     if n == most:
@@ -318,7 +363,7 @@ def _rise(along: Floats, n: int) -> Floats:
     return rise
 
 
-def picked_quads(grid: Ints, strips: Ints, times: Ints) -> tuple[Ints, Ints]:
+def _sampled_quads(grid: Ints, strips: Ints, times: Ints) -> tuple[Ints, Ints]:
     """The quads that are left of a grid where each strip is divided so many times.
 
     Returns
@@ -339,18 +384,6 @@ def picked_quads(grid: Ints, strips: Ints, times: Ints) -> tuple[Ints, Ints]:
     return np.concatenate(owners), np.concatenate(places)
 
 
-# ----------------------------------------------------------------------
-# Triangles on the grids of a SubD, halved one by one where they are too long or leave the surface.
-#
-# An edge is halved at the vertex of the grid that lies in its middle, so that the new vertex is on the surface too.
-# Triangles are halved at their longest edges, which keeps their angles from getting small (Rivara 1984).
-
-_MOST_ROUNDS = 40
-_MOST_PASSES = 50
-_ALIKE = 1.0 - 1e-9
-_NEARLY_LONGEST = 0.8
-
-
 @dataclass(frozen=True, eq=False)
 class _Sides:
     """The sides (F, 3) of triangles: which edge each is, its length, its middle in the grid or -1, its rise."""
@@ -361,31 +394,35 @@ class _Sides:
     rise: Floats
 
 
-def bisected(points: Floats, grid: Ints, owner: Ints, places: Ints, edge: float, chord: float) -> tuple[Ints, float]:
-    """Triangles halved until none is too long or too far from the surface, as far as the grid goes.
+def _bisected(points: Floats, grid: Ints, owner: Ints, places: Ints, edge: float, chord: float) -> tuple[Ints, float]:
+    """Triangles bisected until none is too long or too far from the surface, as far as the grid allows.
 
     Parameters
     ----------
     points : (V, 3)
     grid : (Q, m + 1, m + 1)
         Vertices by quad and place.
-    owner : (F,), places : (F, 3, 2)
-        The quad in which each triangle lies, and the places of its corners.
+    owner : (F,)
+        The quad in which each triangle lies.
+    places : (F, 3, 2)
+        Grid indices of its corners.
     edge, chord : float
         Longest edge and greatest chord error that are wanted.
 
     Returns
     -------
-    faces (T, 3), rise
-        Vertices of the triangles, and how far the surface still rises over an edge.
+    faces : (T, 3)
+        Vertices of the triangles.
+    rise : float
+        How far the surface still rises over an edge.
     """
     for _ in range(_MOST_ROUNDS):
         sides = _measured(points, grid, owner, places)
         marked = _with_longest(sides, (sides.middle >= 0) & ((sides.length > edge) | (sides.rise > chord)))
-        chosen = _chosen(sides, marked)
+        chosen = _sides_to_bisect(sides, marked)
         if not chosen.any():
             break
-        owner, places = _halved(owner, places, chosen)
+        owner, places = _bisect_sides(owner, places, chosen)
     faces: Ints = grid[owner[:, None], places[..., 0], places[..., 1]]
     return faces, float(sides.rise.max())
 
@@ -409,7 +446,7 @@ def _measured(points: Floats, grid: Ints, owner: Ints, places: Ints) -> _Sides:
 
 def _with_longest(sides: _Sides, marked: Bools) -> Bools:
     """Edges marked, with the longest that can be halved of every triangle that has a marked one; by side (F, 3)."""
-    # Halving a short side makes a needle: better to leave the triangle as it is.
+    # Bisecting a short side makes a needle.
     can = (sides.middle >= 0) & (sides.length >= _NEARLY_LONGEST * sides.length.max(1, keepdims=True))
     length = np.where(can, sides.length, 0.0)
     longest = can & (length >= _ALIKE * length.max(1, keepdims=True))
@@ -427,7 +464,7 @@ def _with_longest(sides: _Sides, marked: Bools) -> Bools:
     return marked_again
 
 
-def _chosen(sides: _Sides, marked: Bools) -> Bools:
+def _sides_to_bisect(sides: _Sides, marked: Bools) -> Bools:
     """At most one side (F, 3) of each triangle: its longest marked one, if it is so for both of its triangles."""
     # Ties fall to the edge with the least number, in both triangles alike.
     rank = np.lexsort((sides.edge.ravel(), -sides.length.ravel()))
@@ -443,7 +480,7 @@ def _chosen(sides: _Sides, marked: Bools) -> Bools:
     return chosen
 
 
-def _halved(owner: Ints, places: Ints, chosen: Bools) -> tuple[Ints, Ints]:
+def _bisect_sides(owner: Ints, places: Ints, chosen: Bools) -> tuple[Ints, Ints]:
     face, k = np.nonzero(chosen)
     a, b, c = (places[face, (k + i) % 3] for i in range(3))
     middle = (a + b) // 2

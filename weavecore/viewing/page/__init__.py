@@ -1,1 +1,1 @@
-"""The page: a stage's result as one HTML file that needs nothing else."""
+"""A stage's result as one interactive HTML file."""

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from weavecore.linking.ring_counts import choose_counts
+
+CHAIN = np.array([[k, k + 1] for k in range(9)])
+
+
+def counts_of(ideal: np.ndarray, *, step: int = 1, odd: int = 0, slack: float = 1.4, jump: float = 0.0) -> np.ndarray:
+    n = len(ideal)
+    return choose_counts(
+        ideal, np.arange(n), CHAIN[: n - 1], np.zeros(n, bool), step=step, odd=odd, slack=slack, jump=jump
+    )
+
+
+def test_rings_of_one_length_have_one_count() -> None:
+    assert (counts_of(np.full(8, 30.0)) == 30).all()
+
+
+def test_a_waist_within_the_slack_ends_no_rod() -> None:
+    ideal = np.array([36.0, 34.0, 31.0, 29.0, 28.0, 29.0, 31.0, 34.0])
+    assert len(np.unique(counts_of(ideal))) == 1
+
+
+def test_no_count_is_further_off_than_the_slack() -> None:
+    ideal = 60.0 * 0.8 ** np.arange(10)
+    counts = counts_of(ideal)
+    assert np.abs(np.log(counts / ideal)).max() <= np.log(1.4) + 1e-9
+    assert (np.diff(counts) <= 0).all()
+
+
+def test_beside_a_border_the_count_stays() -> None:
+    ideal = np.array([50.0, 47.0, 44.0, 41.0, 36.0, 30.0, 24.0, 18.0])
+    counts = counts_of(ideal)
+    assert len(np.unique(counts[:4])) == 1
+
+
+def test_a_dear_change_makes_few_large_ones() -> None:
+    ideal = 60.0 * 0.9 ** np.arange(10)
+    changes = [np.count_nonzero(np.diff(counts_of(ideal, jump=jump))) for jump in (0.0, 5.0)]
+    assert changes[1] < changes[0]
+
+
+@pytest.mark.parametrize(("step", "odd"), [(2, 0), (4, 0), (2, 1)])
+def test_counts_are_multiples_with_a_rest(step: int, odd: int) -> None:
+    assert (counts_of(np.linspace(40.0, 12.0, 8), step=step, odd=odd) % step == odd).all()
+
+
+def test_a_branch_keeps_to_its_length() -> None:
+    ideal = np.array([40.0, 38.0, 30.0])
+    branches = np.array([False, False, True])
+    counts = choose_counts(ideal, np.arange(3), CHAIN[:2], branches, step=1, odd=0, slack=1.4, jump=0.0)
+    assert abs(counts[2] - 30) <= 1

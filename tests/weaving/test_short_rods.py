@@ -1,0 +1,35 @@
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.matching import ALONE
+from weavecore.model.rod_ends import lengthen_short_rods
+
+
+def joint_of_a_long_and_a_short_rod(n: int) -> tuple[np.ndarray, np.ndarray, int, int, int]:
+    """A rod of 2n edges along a line, and one of a single edge that ends at its middle: partners and tails of darts."""
+    tails = []
+    for k in range(2 * n):
+        tails += [k, k + 1]
+    tails += [2 * n + 1, n]
+    tail = np.array(tails)
+    partner = np.full(len(tail), ALONE)
+    for k in range(1, 2 * n):
+        partner[2 * k - 1], partner[2 * k] = 2 * k, 2 * k - 1
+    behind, ahead, short = 2 * n - 1, 2 * n, len(tail) - 1
+    return partner, tail, behind, ahead, short
+
+
+def test_a_short_rod_takes_over_the_way_of_a_long_one() -> None:
+    partner, tail, behind, ahead, short = joint_of_a_long_and_a_short_rod(5)
+    one, other, turn = np.array([short, short]), np.array([behind, ahead]), np.array([0.5, 0.3])
+    found = lengthen_short_rods(partner, tail, one, other, turn)
+    assert found[short] == ahead
+    assert found[ahead] == short
+    assert found[behind] == ALONE
+
+
+def test_a_rod_does_not_become_short_for_another() -> None:
+    partner, tail, behind, ahead, short = joint_of_a_long_and_a_short_rod(2)
+    one, other, turn = np.array([short, short]), np.array([behind, ahead]), np.array([0.5, 0.3])
+    assert (lengthen_short_rods(partner, tail, one, other, turn) == partner).all()

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from weavecore import pipeline
+from weavecore.weaving.stock import choose_diameter, stock_diameters
+from woven_rods import tube_latitudes
+
+
+def test_the_thickest_of_the_stock_that_passes_nearly_all_joints_is_chosen() -> None:
+    largest = np.linspace(1.9, 9.0, 1000)
+    assert choose_diameter(largest, (1.0, 1.5, 2.0, 3.0)) == 1.5
+    assert choose_diameter(np.append(largest, [0.1] * 5), (1.0, 1.5, 2.0, 3.0)) == 1.5
+    assert choose_diameter(np.append(largest, [0.1] * 50), (1.0, 1.5, 2.0, 3.0)) == 1.0
+
+
+def test_the_thinnest_of_the_stock_is_chosen_where_none_passes() -> None:
+    assert choose_diameter(np.full(10, 0.2), (1.0, 1.5)) == 1.0
+
+
+def test_without_a_stock_the_largest_diameter_is_rounded_down() -> None:
+    assert choose_diameter(np.full(10, 0.0237), ()) == pytest.approx(0.023)
+
+
+def test_rods_are_sold_by_the_millimetre_or_by_the_inch() -> None:
+    assert 1.5 in stock_diameters("gfrp", "Millimeters")
+    assert 1 / 16 in stock_diameters("gfrp", "Inches")
+    assert np.allclose(stock_diameters("rattan", "Meters"), np.array(stock_diameters("rattan", "Millimeters")) / 1000)
+    assert stock_diameters("gfrp", "None") == ()
+    for unit in ("Millimeters", "Inches"):
+        for material in ("gfrp", "gfrp-short", "bamboo", "rattan", "steel-strip"):
+            sizes = stock_diameters(material, unit)
+            assert len(sizes) > 5
+            assert list(sizes) == sorted(set(sizes))
+
+
+@pytest.mark.parametrize("pattern", ["triangular", "plain", "kagome"])
+def test_a_tube_is_woven_from_stock_with_all_rods_passing(pattern: str) -> None:
+    weave = pipeline.weave(pipeline.link(tube_latitudes(), pattern=pattern))
+    assert weave.rod_diameter in stock_diameters("gfrp", "Millimeters")
+    assert len(weave.bending.violations) == 0

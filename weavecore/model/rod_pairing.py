@@ -1,0 +1,77 @@
+"""Which two edges of a node one rod follows.
+
+A *dart* is an edge with a direction: dart ``2 * e`` leaves the first node of edge ``e``, dart ``2 * e + 1`` its second.
+At each node the darts are paired so that rods bend least: two rods that cross at a node of four edges each go straight
+across; elsewhere the least bend goes first.  Rings keep to themselves.  No rod turns by more than `MOST_TURN`.
+
+Complexity O(E log E).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Bools, Ints
+from weavecore.geometry.matching import match_greedily, pairs_of_equals
+from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
+from weavecore.model.lattice import LATITUDINAL, Lattice
+from weavecore.model.rod_ends import lengthen_short_rods
+
+MOST_TURN = np.radians(45.0)
+"""A rod that would turn more than this at one node ends there, rings too: two rods cross and run past."""
+
+
+def pair_darts(lattice: Lattice) -> Ints:
+    """Find the dart on which a rod that arrives along another goes on.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    (2E,) int64
+        For each dart the other dart at the same node that belongs to the same rod, -1 where the rod ends.
+    """
+    tail = lattice.edges.ravel()
+    away = lattice.nodes[lattice.edges[:, ::-1].ravel()] - lattice.nodes[tail]
+    away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
+    family = np.repeat(lattice.edge_family, 2)
+    # A longitude may go on through a pocket, where nothing of its own kind goes on.
+    one, other = pairs_of_equals(tail * 2 + (family == LATITUDINAL))
+    bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
+    straight, on_border = _darts_straight_on(lattice)
+    is_straight = straight[one] == other
+    # A rod that comes to a border ends there: it cannot cross what lies beyond.
+    allowed = (bend <= MOST_TURN) & (is_straight | ~on_border[tail[one]])
+    # What goes straight across comes before all else.
+    cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
+    partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
+    # At a crossing nothing is exchanged: only edges that may go on to several others are.
+    is_choice = allowed & (family[one] != LATITUDINAL) & (straight[one] == NONE) & (straight[other] == NONE)
+    return lengthen_short_rods(partner, tail, one[is_choice], other[is_choice], bend[is_choice])
+
+
+def _darts_straight_on(lattice: Lattice) -> tuple[Ints, Bools]:
+    """For each dart (2E,) the one that goes straight on at the same node, or -1 where the bend decides.
+
+    That is the one across where two rods cross, each within its family, and the other one along
+    the border at a node of that.
+
+    Also whether each node (N,) is on a border.
+
+    Where both rods are of one family, as in kagome, the least bend alone could make them swap
+    at a sharp crossing.
+    """
+    fans = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes)
+    across = darts_across(fans, lattice.edges)
+    node, is_ring = lattice.edges.ravel(), np.repeat(lattice.edge_family == LATITUDINAL, 2)
+    known = np.flatnonzero(across != NONE)
+    is_mixed = np.zeros(lattice.n_nodes, bool)
+    is_mixed[node[known[is_ring[known] != is_ring[across[known]]]]] = True
+    across[is_mixed[node]] = NONE
+    border = np.flatnonzero(fans.on_border)
+    first, last = (side[border] for side in (fans.first_side, fans.last_side))
+    first, last = 2 * first + (lattice.edges[first, 1] == border), 2 * last + (lattice.edges[last, 1] == border)
+    across[first], across[last] = last, first
+    return across, fans.on_border

@@ -1,0 +1,87 @@
+"""Stock diameters: what rods are sold in, and the thickest that a weave can be bent from.
+
+A rod passes a joint up to the diameter at which its bend there uses up the allowable stress.  The diameter
+that is chosen is the thickest of a list with which rods pass at least `LEAST_SHARE` of their joints; where not even
+the thinnest of the list does, it is the thinnest.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+from importlib import resources
+from typing import Optional
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats
+from weavecore.units import METRES, NO_UNIT
+
+LEAST_SHARE = 0.99
+"""Share of the joints at which rods of the chosen diameter can be bent: at the others they are broken."""
+
+LEAST_RODS = 0.98
+"""Share of the rods that must pass once they are broken; else a thinner diameter of the stock is tried."""
+
+_METRES = {"mm": 0.001, "in": 0.0254}
+
+_IN_INCHES = ("Inches", "Feet", "Yards", "Miles", "Microinches", "Mils")
+"""Rhino's units in which rods are bought by the inch."""
+
+_LIKE = {"gfrp-short": "gfrp"}
+_USUAL = "gfrp"
+"""A material without a list of its own is taken to be sold as this one."""
+
+
+def stock_diameters(material: str, unit: str) -> tuple[float, ...]:
+    """Diameters in which a material is sold, rising, in the model's unit; none where the model has no unit.
+
+    Parameters
+    ----------
+    material : str
+    unit : str
+        Rhino's name of the model's unit.
+    """
+    if unit == NO_UNIT:
+        return ()
+    table = _table()
+    sizes = "in" if unit in _IN_INCHES else "mm"
+    rows = table.get((_LIKE.get(material, material), sizes), table[_USUAL, sizes])
+    scale = _METRES[sizes] / METRES[unit]
+    return tuple(float(size) * scale for size in rows)
+
+
+@lru_cache(maxsize=1)
+def _table() -> dict[tuple[str, str], tuple[Fraction, ...]]:
+    text = resources.files("weavecore.weaving").joinpath("stock_diameters.csv").read_text("utf-8")
+    return {
+        (row["material"], row["unit"]): tuple(map(Fraction, row["diameters"].split()))
+        for row in csv.DictReader(text.splitlines())
+    }
+
+
+def choose_diameter(largest: Floats, stock: Sequence[float]) -> float:
+    """The thickest diameter of the stock with which rods pass `LEAST_SHARE` of their joints, else the thinnest.
+
+    Without a stock it is the largest diameter itself with which that share passes, rounded down to two digits.
+
+    Parameters
+    ----------
+    largest : (M,) float64
+        The largest diameter that passes at each visit of a rod to a joint.
+    stock : sequence of float
+        Rising, in the same unit; may be empty.
+    """
+    n_may_fail = int(np.floor((1.0 - LEAST_SHARE) * len(largest)))
+    most = float(np.sort(largest)[n_may_fail])
+    if len(stock):
+        return max([size for size in stock if size <= most], default=min(stock))
+    step = 10.0 ** (np.floor(np.log10(most)) - 1.0)
+    return float(np.floor(most / step) * step)
+
+
+def next_thinner(diameter: float, stock: Sequence[float]) -> Optional[float]:
+    """The next diameter of the stock below one, or None; without a stock there is none."""
+    return max((size for size in stock if size < diameter), default=None)
