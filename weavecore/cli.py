@@ -17,6 +17,7 @@ import typer
 from weavecore.commands.fabricate import fabricate
 from weavecore.commands.info import info
 from weavecore.commands.mesh import mesh
+from weavecore.commands.simulate import simulate
 from weavecore.commands.view import view
 from weavecore.commands.weave import weave
 from weavecore.errors import WeaveError
@@ -78,7 +79,7 @@ def _weavecore(
 ) -> None: ...
 
 
-for _command in (weave, fabricate, info, mesh, view):
+for _command in (weave, fabricate, simulate, info, mesh, view):
     app.command()(_command)
 
 

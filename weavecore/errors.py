@@ -147,6 +147,16 @@ class Broken(WeaveError, ValueError):
     code = "BROKEN"
 
 
+class NotConverged(WeaveError, ArithmeticError):
+    """No equilibrium was found; ``reached`` is the state at which the search ended."""
+
+    code = "NOT_CONVERGED"
+
+    def __init__(self, what: str, *, remedy: str, reached: object = None) -> None:
+        super().__init__(what, remedy=remedy)
+        self.reached = reached
+
+
 class UnitUnknown(UserWarning):
     """The file states no unit: lengths are taken as they are."""
 

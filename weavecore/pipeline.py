@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
@@ -20,18 +20,26 @@ from weavecore.fabricating.workshop_folder import (
 )
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern, spacing_for_edges
-from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
+from weavecore.model import Equilibrium, Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
 from weavecore.offsetting.spacing import Spacing, suggest_spacing
 from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.formats.result_json import read_weave
+from weavecore.simulating.boundary import Loads, Supports
+from weavecore.simulating.simulate import SEGMENTS, simulate_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.html_page import encode_page
 from weavecore.viewing.picture import encode_picture
-from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface, describe_weave
+from weavecore.viewing.summary import (
+    describe_equilibrium,
+    describe_latitudes,
+    describe_lattice,
+    describe_surface,
+    describe_weave,
+)
 from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice
@@ -49,6 +57,7 @@ __all__ = [
     "read_curves",
     "read_result",
     "read_surface",
+    "simulate",
     "spacing_for_edges",
     "start_at",
     "suggest_spacing",
@@ -182,6 +191,80 @@ def weave(
     )
 
 
+def read_rods(path: PathLike) -> Weave:
+    """The weave of a JSON result; see `read_result`.
+
+    Raises
+    ------
+    Unsupported
+        Where the file has no weave.
+    """
+    return read_weave(path)[0]
+
+
+def simulate(
+    weave: Weave,
+    *,
+    supports: Supports = "borders",
+    gravity: Union[bool, Sequence[float], None] = None,
+    pressure: float = 0.0,
+    forces: Sequence[tuple[Any, Any]] = (),
+    segments: int = SEGMENTS,
+    stations: Any = None,
+    unit: Optional[str] = None,
+    buckling: bool = False,
+    progress: Optional[Progress] = None,
+) -> Equilibrium:
+    """Let the rods of a weave spring to where they rest (Yan et al. 2016, §1 and §6); see docs/structure.md.
+
+    Parameters
+    ----------
+    weave : Weave
+    supports : str or sequence of (n, 3) array_like
+        ``"borders"``, ``"none"``, or points and polylines: a point holds the node nearest to it, a polyline the nodes
+        that it passes.
+    gravity : bool or (3,) sequence of float, optional
+        Whether the rods have weight, along -z or the direction given; by default where there are supports.
+    pressure : float
+        In Pa, on the surface from outside.
+    forces : sequence of ((3,), (3,))
+        Places, and the forces in N on the nodes nearest to them.
+    segments : int
+        Straight segments between two joints, 2 at least.
+    stations : (M,) array_like, optional
+        Distance of each joint from the start of its rod where the marks differ from the drawn ones.
+    unit : str, optional
+        Unit of the weave where it states none: ``"mm"``, ``"m"``…
+    buckling : bool
+        Whether to find the first buckling factor of the loads, which takes about as long again.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    Unsupported
+    NotConverged
+        Where no equilibrium was found; ``reached`` is the state at which the search ended.
+    """
+    down = (0.0, 0.0, -1.0)
+    is_on = supports != "none" if gravity is None else gravity is not False
+    direction = (down if gravity is None or gravity is True else gravity) if is_on else None
+    return simulate_weave(
+        weave,
+        supports=supports,
+        loads=Loads(gravity=direction, pressure=pressure, forces=tuple(forces)),
+        segments=segments,
+        stations=stations,
+        unit=unit,
+        buckling=buckling,
+        progress=progress,
+    )
+
+
 def export(
     value: StageValue,
     path: PathLike,
@@ -192,12 +275,12 @@ def export(
     """Write a stage's result by the ending of ``path``, whole or not at all.
 
     ``.3dm`` and ``.json`` hold every result, with the strands of a lattice; ``.obj``, ``.ply``, ``.off``
-    and ``.stl`` hold the faces of a surface or a lattice, and the rods of a weave as pipes; ``.png`` is a picture and
-    ``.html`` a page to look at the result in three dimensions, which opens offline.
+    and ``.stl`` hold the faces of a surface or a lattice, and the rods of a weave as pipes, but no equilibrium;
+    ``.png`` is a picture and ``.html`` a page to look at the result in three dimensions, which opens offline.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     path : path
     overwrite : bool
         Whether a file that is there already is replaced.
@@ -256,7 +339,7 @@ def draw_picture(
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     path : path
         Ends with ``.png``.
     size : (int, int)
@@ -346,6 +429,8 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
         return describe(value.surface) + describe_latitudes(value)
     if isinstance(value, Lattice):
         return describe(value.latitudes) + describe_lattice(value, find_strands(value))
+    if isinstance(value, Equilibrium):
+        return describe(value.weave) + describe_equilibrium(value)
     return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)
 
 
@@ -358,7 +443,9 @@ def _page_of(product: Product) -> bytes:
     strands = product.strands
     if strands is None and product.lattice is not None:
         strands = find_strands(product.lattice)
-    return encode_page(product.value, strands=strands, sequence=sequence)
+    value = product.value
+    shown = value.weave if isinstance(value, Equilibrium) else value
+    return encode_page(shown, strands=strands, sequence=sequence)
 
 
 register_writer(PICTURE, _picture_of)

@@ -96,6 +96,19 @@ def test_the_weave_of_every_sample_keeps_to_the_schema(name: str) -> None:
     assert faults(written(woven_sample(name, "triangular"))) == []
 
 
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"supports": "none"}, {"gravity": False, "pressure": 50.0, "buckling": True}],
+    ids=["weight", "released", "pressure"],
+)
+def test_equilibria_keep_to_the_schema(options: dict[str, Any]) -> None:
+    weave = pipeline.weave(pipeline.link(small_tube()), rod_diameter=2.0)
+    document = written(pipeline.simulate(weave, **options))
+    assert faults(document) == []
+    for key in document["equilibrium"]:
+        assert faults({**document, "equilibrium": {k: v for k, v in document["equilibrium"].items() if k != key}}) != []
+
+
 def shortened(part: Any) -> Any:
     """The document with no more of any list than a few entries: the schema knows no lengths of long ones."""
     if isinstance(part, dict):

@@ -15,7 +15,7 @@ import numpy as np
 
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.geometry.splines import DEGREE
-from weavecore.model import FAMILIES, Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model import FAMILIES, Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
 
 FORMAT, VERSION = "weavecore", 1
 """Keys ``format`` and ``version``; the version rises when a key changes its meaning."""
@@ -65,6 +65,8 @@ def encode_json(product: Product) -> bytes:
         document["crossings"] = _crossing_entries(product.weave)
         document["joints"] = _joint_entries(product.weave)
         document["weave"] = _weave_entry(product.weave)
+    if product.equilibrium is not None:
+        document["equilibrium"] = _equilibrium_entry(product.equilibrium)
     # Without an indent, which would leave the C encoder unused.
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 
@@ -202,3 +204,58 @@ def _weave_entry(weave: Weave) -> dict[str, Any]:
             )
         ],
     }
+
+
+def _equilibrium_entry(equilibrium: Equilibrium) -> dict[str, Any]:
+    """The rods at rest, the forces in them, and how far they moved."""
+    held = np.flatnonzero(equilibrium.is_supported)
+    factor = equilibrium.buckling_factor
+    return {
+        "converged": equilibrium.is_converged,
+        "stable": equilibrium.is_stable,
+        "negative_modes": equilibrium.n_negative,
+        "supports": equilibrium.supports,
+        "loads": equilibrium.loads,
+        "departure": {
+            "mean": equilibrium.departure_mean,
+            "p95": equilibrium.departure_p95,
+            "max": equilibrium.departure_max,
+            "nodes": equilibrium.departure.tolist(),
+        },
+        "stress_max": equilibrium.stress_max,
+        "utilisation_max": equilibrium.utilisation_max,
+        "tie_force_max": float(equilibrium.tie_force_size.max(initial=0.0)),
+        # JSON has no infinity: null where the loads never buckle the weave, and where no factor was asked for.
+        "buckling_factor": factor if factor is not None and np.isfinite(factor) else None,
+        "buckles": None if factor is None else bool(np.isfinite(factor)),
+        "energies": dict(equilibrium.energies),
+        "drawn_energy": equilibrium.drawn_energy,
+        "steps": equilibrium.n_steps,
+        "residual": equilibrium.residual,
+        "axes": _relaxed_entries(equilibrium),
+        "tie_forces": equilibrium.tie_force.tolist(),
+        "reactions": [
+            {"node": node, "force": force} for node, force in zip(held.tolist(), equilibrium.reaction[held].tolist())
+        ],
+    }
+
+
+def _relaxed_entries(equilibrium: Equilibrium) -> list[dict[str, Any]]:
+    """Points and forces along each rod."""
+    weave, offsets = equilibrium.weave, equilibrium.offsets
+    rows = []
+    for s, name in enumerate(weave.ids):
+        part = slice(offsets[s], offsets[s + 1])
+        visits = slice(weave.strands.offsets[s], weave.strands.offsets[s + 1])
+        rows.append(
+            {
+                "id": name,
+                "points": equilibrium.points[part].tolist(),
+                "drawn": equilibrium.drawn[part].tolist(),
+                "joints": (equilibrium.point_of_visit[visits] - offsets[s]).tolist(),
+                "axial_force": equilibrium.axial_force[part].tolist(),
+                "moment": equilibrium.moment[part].tolist(),
+                "stress": equilibrium.stress[part].tolist(),
+            }
+        )
+    return rows

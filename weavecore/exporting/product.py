@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from weavecore.geometry.arrays import Floats, next_in_loop, rows_of
-from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model import Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
 
-StageValue = Union[SurfaceMesh, Latitudes, Lattice, Weave]
+StageValue = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
 """The results of the stages."""
 
 
@@ -28,6 +28,7 @@ class Product:
     strands : Strands, optional
         The rods of the lattice.
     weave : Weave, optional
+    equilibrium : Equilibrium, optional
     parameters : mapping
         The options it was made with: numbers, texts and lists of them.
     """
@@ -37,12 +38,13 @@ class Product:
     lattice: Optional[Lattice] = None
     strands: Optional[Strands] = None
     weave: Optional[Weave] = None
+    equilibrium: Optional[Equilibrium] = None
     parameters: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def value(self) -> StageValue:
         """The stage's result itself."""
-        later_first = (self.weave, self.lattice, self.latitudes)
+        later_first = (self.equilibrium, self.weave, self.lattice, self.latitudes)
         return next((one for one in later_first if one is not None), self.surface)
 
 
@@ -53,7 +55,7 @@ def product_of(
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     strands : Strands, optional
         The rods of a lattice; a weave has its own.
     parameters : mapping, optional
@@ -66,6 +68,9 @@ def product_of(
     known: dict[str, object] = dict(parameters or {})
     if isinstance(value, SurfaceMesh):
         return Product(value, parameters=known)
+    if isinstance(value, Equilibrium):
+        known.update(supports=value.supports, loads=value.loads)
+        return replace(product_of(value.weave, parameters=known), equilibrium=value)
     if isinstance(value, Weave):
         known.update(rod_diameter=value.rod_diameter, material=value.material.name, over_under=value.over_under)
         return replace(product_of(value.lattice, strands=value.strands, parameters=known), weave=value)

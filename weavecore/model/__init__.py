@@ -1,6 +1,7 @@
 """The values that the stages exchange: frozen, with read-only arrays."""
 
 from weavecore.model.bending import Bending, Material
+from weavecore.model.equilibrium import Equilibrium
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -20,6 +21,7 @@ __all__ = [
     "Bending",
     "BuildSequence",
     "Clashes",
+    "Equilibrium",
     "Joints",
     "Latitudes",
     "Lattice",

@@ -19,7 +19,7 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.viewing.camera import Camera, choose_view, look_at
 from weavecore.viewing.raster import DepthBuffer, SeenRods, draw_rods, draw_triangles, planes_over, see_rods
-from weavecore.viewing.scene import Drawable, Scene, scene_of
+from weavecore.viewing.scene import Pictured, Scene, scene_of
 from weavecore.viewing.shading import (
     INSIDE,
     MARKED,
@@ -63,12 +63,12 @@ _LEAST_PIXELS, _MOST_PIXELS = 0.6, 4.5
 Nearness = NDArray[np.float32]
 
 
-def encode_picture(value: Drawable, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None) -> bytes:
+def encode_picture(value: Pictured, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None) -> bytes:
     """Draw a stage's result as PNG; see `draw_pixels`.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     size : (int, int)
         Width and height in pixels.
     view : (3,) array_like, optional
@@ -87,13 +87,13 @@ def encode_picture(value: Drawable, *, size: tuple[int, int] = (1600, 1200), vie
 
 
 def draw_pixels(
-    value: Drawable, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None
+    value: Pictured, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None
 ) -> NDArray[np.uint8]:
     """Draw a stage's result.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     size : (int, int)
         Width and height in pixels.
     view : (3,) array_like, optional

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Union
 
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.polygon_mesh import fan_triangles
-from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave
-from weavecore.palette import FREE_BORDERS, LONGITUDES, POCKETS, WOVEN, latitude_colours
+from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Equilibrium, Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.palette import FREE_BORDERS, LONGITUDES, POCKETS, WOVEN, latitude_colours, utilisation_colours
 from weavecore.viewing.surface_paths import paths_of_surface
 
 _RADIUS_PER_SPACING = 0.075
@@ -22,6 +22,9 @@ _RADIUS_PER_SIZE = 0.003
 _BORDER_FACTOR, _LONGITUDE_FACTOR = 1.45, 0.7
 """Radius of borders and of longitudes against that of the other lines."""
 
+_DRAWN_FACTOR = 0.4
+"""Radius of the rods as drawn against that of the rods at rest."""
+
 _STEP_PER_EDGE = 0.08
 """Rods of a weave are drawn in straight segments of this part of an edge."""
 
@@ -29,6 +32,7 @@ _DIAMETERS_BACK = 4.0
 """How far the surface of a weave is set back, in diameters: more than the height of a stack of three rods."""
 
 Drawable = Union[SurfaceMesh, Latitudes, Lattice, Weave]
+Pictured = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +73,12 @@ class Scene:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
 
-def scene_of(value: Drawable) -> Scene:
+def scene_of(value: Pictured) -> Scene:
     """The scene of a stage's result.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
 
     Returns
     -------
@@ -84,6 +88,8 @@ def scene_of(value: Drawable) -> Scene:
         return _of_surface(value)
     if isinstance(value, Latitudes):
         return _of_latitudes(value)
+    if isinstance(value, Equilibrium):
+        return _of_equilibrium(value)
     return _of_weave(value) if isinstance(value, Weave) else _of_lattice(value)
 
 
@@ -174,6 +180,25 @@ def _of_weave(weave: Weave) -> Scene:
         np.full(len(start), weave.rod_diameter / 2.0),
         paths_of_surface(lattice.latitudes.surface).points,
         set_back=_DIAMETERS_BACK * weave.rod_diameter,
+    )
+
+
+def _of_equilibrium(equilibrium: Equilibrium) -> Scene:
+    """The rods at rest, coloured by utilisation, and the drawn ones in grey; the surface is where it was drawn."""
+    weave = equilibrium.weave
+    after = next_in_loop(equilibrium.offsets)
+    goes_on = weave.strands.closed[equilibrium.rod] | (after > np.arange(len(after)))
+    start, stop = np.flatnonzero(goes_on), after[goes_on]
+    used = np.maximum(equilibrium.utilisation[start], equilibrium.utilisation[stop])
+    scene = _of_weave(weave)
+    grey = np.tile(np.array(FREE_BORDERS, float), (len(start), 1))
+    radius = np.full(len(start), weave.rod_diameter / 2.0)
+    return replace(
+        scene,
+        starts=np.concatenate([equilibrium.points[start], equilibrium.drawn[start]]),
+        ends=np.concatenate([equilibrium.points[stop], equilibrium.drawn[stop]]),
+        colours=np.concatenate([utilisation_colours(used).astype(float), grey]),
+        radius=np.concatenate([radius, _DRAWN_FACTOR * radius]),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.polygon_mesh import nodes_on_border
-from weavecore.model import Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model import Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.units import with_unit
 from weavecore.viewing.surface_paths import describe_chosen_borders
 
@@ -121,6 +121,28 @@ def _bending_text(weave: Weave) -> str:
     thinner = with_unit(bending.largest_diameter.min(), unit)
     text = f"{n_bad:,} of {len(weave):,} rods exceed the allowable stress: {rod}; {least}"
     return f"{text}, at ({x:.6g}, {y:.6g}, {z:.6g}); all pass at {thinner} or thinner, or with a wider spacing"
+
+
+def describe_equilibrium(equilibrium: Equilibrium) -> Lines:
+    """How far the rods move, what they carry, and whether they stand."""
+    weave = equilibrium.weave
+    unit = weave.lattice.latitudes.surface.unit
+    moves = (equilibrium.departure_mean, equilibrium.departure_p95, equilibrium.departure_max)
+    mean, p95, largest = (with_unit(move, unit, digits=3) for move in moves)
+    worst = weave.ids[int(equilibrium.rod[np.argmax(equilibrium.stress)])]
+    stress = f"at most {equilibrium.stress_max:.0f} MPa in {worst}, utilisation {equilibrium.utilisation_max:.2f}"
+    forces = f"axial at most {np.abs(equilibrium.axial_force).max():.3g} N"
+    forces += f", in ties {equilibrium.tie_force_size.max(initial=0.0):.3g} N"
+    stands = "stable" if equilibrium.is_stable else f"unstable, {_count(equilibrium.n_negative, 'mode')}"
+    if equilibrium.buckling_factor is not None:
+        stands += f", first buckling factor {equilibrium.buckling_factor:.3g}"
+    return [
+        ("supports", f"{equilibrium.supports}; loads: {equilibrium.loads}"),
+        ("departure", f"mean {mean}, 95% within {p95}, at most {largest}"),
+        ("stress", stress),
+        ("forces", forces),
+        ("equilibrium", f"{stands}, found in {_count(equilibrium.n_steps, 'step')}"),
+    ]
 
 
 def regular_share(lattice: Lattice) -> Optional[float]:

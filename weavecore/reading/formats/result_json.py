@@ -25,6 +25,7 @@ from weavecore.model import (
     Bands,
     Bending,
     Clashes,
+    Equilibrium,
     Joints,
     Latitudes,
     Lattice,
@@ -42,7 +43,7 @@ FORMAT, VERSION = "weavecore", 1
 """What every result says of itself; `VERSION` rises when keys change their meaning."""
 
 
-Result = Union[SurfaceMesh, Latitudes, Lattice, Weave]
+Result = Union[SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium]
 
 _TINY = float(np.finfo(float).tiny)
 """Least positive number: a length must not be 0."""
@@ -70,7 +71,7 @@ def read_result(path: PathLike) -> Result:
 
     Returns
     -------
-    SurfaceMesh, Latitudes, Lattice or Weave
+    SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
         The last stage in the file.
 
     Raises
@@ -103,7 +104,8 @@ def read_weave(path: PathLike) -> tuple[Weave, bytes]:
         Where the file has no weave; else as `read_result`.
     """
     content = _read_bytes(path)
-    weave = decode_result(content)
+    result = decode_result(content)
+    weave = result.weave if isinstance(result, Equilibrium) else result
     if not isinstance(weave, Weave):
         raise Unsupported(
             f"{path} has no rods", remedy="Use a result that `weavecore weave INPUT --json RESULT.json` wrote."
@@ -120,7 +122,7 @@ def decode_result(data: bytes) -> Result:
 
     Returns
     -------
-    SurfaceMesh, Latitudes, Lattice or Weave
+    SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
 
     Raises
     ------
@@ -139,7 +141,7 @@ def take_result(values: object) -> Result:
 
     Returns
     -------
-    SurfaceMesh, Latitudes, Lattice or Weave
+    SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
 
     Raises
     ------
@@ -163,7 +165,10 @@ def take_result(values: object) -> Result:
     if "lattice" not in document:
         return latitudes
     lattice = _lattice(document, latitudes)
-    return _take_weave(document, lattice) if "weave" in document else lattice
+    if "weave" not in document:
+        return lattice
+    weave = _take_weave(document, lattice)
+    return _take_equilibrium(document.part("equilibrium"), weave) if "equilibrium" in document else weave
 
 
 def _parse(data: bytes) -> Any:
@@ -461,6 +466,53 @@ def _clashes(part: ResultPart, places: dict[str, int]) -> Clashes:
     )
 
 
+def _take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
+    """The equilibrium of a weave that was read before, of the object under the key ``equilibrium``."""
+    rows = list(part.parts("axes"))
+    ids = [row.text("id") for row in rows]
+    if ids != list(weave.ids):
+        raise _damaged_result("equilibrium.axes does not have one entry for each strand, in their order")
+    points = [row.floats("points", (-1, 3)) for row in rows]
+    counts = [len(one) for one in points]
+    offsets = offsets_of(counts)
+    joints = np.diff(weave.strands.offsets).tolist()
+    places = [row.indices("joints", (m,), n) for row, m, n in zip(rows, joints, counts)]
+
+    def joined(key: str) -> Floats:
+        return np.concatenate([*(row.floats(key, (n,)) for row, n in zip(rows, counts)), np.zeros(0)])
+
+    reaction = np.zeros((weave.lattice.n_nodes, 3))
+    held = np.zeros(weave.lattice.n_nodes, bool)
+    for row in part.parts("reactions"):
+        node = row.index("node", weave.lattice.n_nodes)
+        reaction[node], held[node] = row.floats("force", (3,)), True
+    energies = part.part("energies")
+    buckles = part.flag_or_none("buckles")
+    factor = part.number_or_none("buckling_factor")
+    return Equilibrium(
+        weave=weave,
+        points=np.concatenate([*points, np.zeros((0, 3))]),
+        drawn=np.concatenate([*(row.floats("drawn", (n, 3)) for row, n in zip(rows, counts)), np.zeros((0, 3))]),
+        offsets=offsets,
+        point_of_visit=np.concatenate([*(start + at for start, at in zip(offsets, places)), np.zeros(0, np.int64)]),
+        axial_force=joined("axial_force"),
+        moment=joined("moment"),
+        stress=joined("stress"),
+        tie_force=part.floats("tie_forces", (len(weave.joints.contacts), 3)),
+        reaction=reaction,
+        is_supported=held,
+        is_converged=part.flag("converged"),
+        n_negative=int(part.number("negative_modes", least=0.0)),
+        n_steps=int(part.number("steps", least=0.0)),
+        residual=part.number("residual", least=0.0),
+        energies={key: energies.number(key) for key in ("bending", "axial", "ties")},
+        drawn_energy=part.number("drawn_energy"),
+        supports=part.text("supports"),
+        loads=part.text("loads"),
+        buckling_factor=float("inf") if buckles is False else factor,
+    )
+
+
 def _joined(arrays: list[Floats]) -> Floats:
     return np.concatenate([*arrays, np.zeros(0)])
 
@@ -578,6 +630,10 @@ class ResultPart:
         if not isinstance(value, bool):
             raise _damaged_result(f"{self.path(key)} is neither true nor false")
         return value
+
+    def flag_or_none(self, key: str) -> Optional[bool]:
+        """True or false, or nothing where the file has null."""
+        return None if self._take(key) is None else self.flag(key)
 
     def flags(self, key: str, count: int) -> Bools:
         """An array (count,) of true and false."""

@@ -1,0 +1,86 @@
+"""The structural stage on all samples: ``python benchmarks/structure.py [SAMPLE…] [--segments N]`` prints a table.
+
+Each sample is woven in three patterns with the options that are suggested, and comes to rest twice: with its borders
+held under its own weight, and released without supports or loads.  Departure is of the nodes, in millimetres; its share
+is the mean over the diagonal of the bounding box.  A row that did not converge gives the residual force.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import weavecore as wc
+from weavecore.errors import WeaveError
+from weavecore.simulating.discretise import place_points
+from weavecore.units import millimetres_in
+
+SAMPLES = Path(__file__).resolve().parents[1] / "sample_files"
+PATTERNS = ("triangular", "plain", "kagome")
+COLUMNS = (
+    "sample", "pattern", "supports", "unknowns", "departure mean", "95%", "max", "share", "energy drawn", "at rest",
+    "stress MPa", "utilisation", "tie N", "stable", "steps", "seconds",
+)  # fmt: skip
+
+
+def main() -> None:
+    """Print the table as Markdown, each row when it is known."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("samples", nargs="*", default=sorted(path.stem for path in SAMPLES.glob("*.3dm")))
+    parser.add_argument("--segments", type=int, default=2)
+    parser.add_argument("--patterns", default=",".join(PATTERNS))
+    options = parser.parse_args()
+    print("| " + " | ".join(COLUMNS) + " |")
+    print("|" + "---|" * len(COLUMNS))
+    for sample in options.samples:
+        latitudes = wc.offset(wc.read_surface(SAMPLES / f"{sample}.3dm"))
+        for pattern in options.patterns.split(","):
+            weave = wc.weave(wc.link(latitudes, pattern=pattern))
+            for supports in ("borders", "none"):
+                print(
+                    "| " + " | ".join([sample, pattern, *row_of(weave, supports, options.segments)]) + " |", flush=True
+                )
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"\nPeak memory {peak:,.0f} MB; NumPy {np.__version__}, Python {sys.version.split()[0]}.")
+
+
+def row_of(weave: wc.Weave, supports: str, segments: int) -> list[str]:
+    """One row from the supports on; seconds are of this process, so that others on the machine do not count."""
+    surface = weave.lattice.latitudes.surface
+    unit = millimetres_in(surface.unit)
+    held = supports == "borders" and bool(weave.is_border_node.any())
+    begun = time.process_time()
+    try:
+        found = wc.simulate(weave, supports=supports if held else "none", segments=segments)
+        state = "yes" if found.is_stable else f"no, {found.n_negative}"
+    except WeaveError as error:
+        found = getattr(error, "reached", None)
+        if found is None:
+            return [supports, error.code]
+        state = f"**not converged**, {found.residual:.1g} N"
+    seconds = time.process_time() - begun
+    move = found.departure_mean * unit, found.departure_p95 * unit, found.departure_max * unit
+    n = 3 * len(place_points(weave.axes, segments=segments, metres=1.0).points)
+    return [
+        supports if held or supports == "none" else "no border",
+        f"{n:,}",
+        *(f"{one:.3g}" for one in move),
+        f"{found.departure_mean / surface.size:.2%}",
+        f"{found.drawn_energy:.4g}",
+        f"{sum(found.energies.values()):.4g}",
+        f"{found.stress_max:.0f}",
+        f"{found.utilisation_max:.1f}",
+        f"{found.tie_force_size.max():.3g}",
+        state,
+        str(found.n_steps),
+        f"{seconds:.1f}",
+    ]
+
+
+if __name__ == "__main__":
+    main()

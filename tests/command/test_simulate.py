@@ -1,0 +1,54 @@
+"""``weavecore simulate``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Callable
+
+import pytest
+
+Run = Callable[..., Any]
+
+
+@pytest.fixture
+def woven(run: Run, folder: Path) -> Path:
+    assert run("weave", "tube.3dm", "--json", "woven.json", "-q").status == 0
+    return folder / "woven.json"
+
+
+def test_simulate_writes_the_equilibrium_and_a_picture(run: Run, woven: Path) -> None:
+    ended = run("simulate", "woven.json", "-o", "relaxed.json", "--picture", "relaxed.png", "--buckling")
+    assert (ended.status, ended.err) == (0, "")
+    entry = json.loads(Path("relaxed.json").read_text("utf-8"))["equilibrium"]
+    assert entry["converged"]
+    assert entry["supports"] == "borders"
+    assert entry["loads"] == "self-weight"
+    assert 0 < entry["departure"]["mean"] <= entry["departure"]["p95"] <= entry["departure"]["max"]
+    strands = json.loads(woven.read_text("utf-8"))["strands"]
+    assert [axis["id"] for axis in entry["axes"]] == [strand["id"] for strand in strands]
+    assert Path("relaxed.png").read_bytes()[:4] == b"\x89PNG"
+    assert "departure" in ended.out
+
+
+def test_a_released_weave_has_no_weight(run: Run, woven: Path) -> None:
+    assert run("simulate", "woven.json", "-o", "relaxed.json", "--supports", "none", "-q").status == 0
+    assert json.loads(Path("relaxed.json").read_text("utf-8"))["equilibrium"]["loads"] == "none"
+    ended = run("simulate", "woven.json", "-o", "heavy.json", "--supports", "none", "--gravity")
+    assert ended.status == 1
+    assert len(ended.err.splitlines()) == 1
+    assert not Path("heavy.json").exists()
+
+
+def test_relaxed_results_can_be_simulated_viewed_and_written_for_rhino(run: Run, woven: Path) -> None:
+    assert run("simulate", "woven.json", "-o", "relaxed.json", "-q").status == 0
+    assert run("simulate", "relaxed.json", "-o", "again.json", "-q").status == 0
+    first, second = (json.loads(Path(name).read_text("utf-8")) for name in ("relaxed.json", "again.json"))
+    assert first["equilibrium"] == second["equilibrium"]
+    assert run("view", "relaxed.json", "-o", "relaxed.html", "-q").status == 0
+    assert run("simulate", "woven.json", "-o", "relaxed.3dm", "-q").status == 0
+    import rhino3dm
+
+    layers = {layer.FullPath for layer in rhino3dm.File3dm.Read("relaxed.3dm").Layers}
+    assert "equilibrium::supports" in layers
+    assert "equilibrium::rods::latitudes" in layers

@@ -1,0 +1,72 @@
+"""``weavecore simulate``: where a weave comes to rest, and the forces in it."""
+# ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from weavecore.commands.arguments import Overwrite, Quiet, ends_with
+from weavecore.commands.input_file import written
+from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+
+
+def simulate(
+    result_file: Annotated[
+        Path,
+        typer.Argument(metavar="RESULT.json", help="What weavecore weave --json wrote.", callback=ends_with(".json")),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option("-o", "--out", metavar="RELAXED.json", help="The result with its equilibrium: .json or .3dm."),
+    ],
+    supports: Annotated[
+        str,
+        typer.Option(
+            metavar="SUPPORTS", help="borders, none, or a .3dm or .csv with curves that nodes are held along."
+        ),
+    ] = "borders",
+    gravity: Annotated[
+        Optional[bool],
+        typer.Option(
+            "--gravity/--no-gravity", help="Weight of the rods along -z; by default where there are supports."
+        ),
+    ] = None,
+    pressure: Annotated[float, typer.Option(metavar="PA", help="Pressure on the surface from outside, in Pa.")] = 0.0,
+    segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
+    buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
+    picture: Annotated[
+        Optional[Path],
+        typer.Option(
+            metavar="OUT.png", callback=ends_with(".png"), help="A picture of the rods at rest, and as drawn in grey."
+        ),
+    ] = None,
+    unit: Annotated[
+        Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find where the rods come to rest: how far they move, their stress, the forces in ties, and stability."""
+    with progress_bar(quiet=quiet) as tell:
+        from weavecore import pipeline
+
+        targets = [path for path in (out, picture) if path is not None]
+        pipeline.check_outputs(targets, overwrite=overwrite)
+        tell(0.0, "reading")
+        weave = pipeline.read_rods(result_file)
+        held = pipeline.read_curves(supports) if Path(supports).suffix else supports
+        equilibrium = pipeline.simulate(
+            weave,
+            supports=held,
+            gravity=gravity,
+            pressure=pressure,
+            segments=segments,
+            unit=unit,
+            buckling=buckling,
+            progress=part_of(tell, 0.1, 0.9),
+        )
+        pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
+        lines = pipeline.describe(equilibrium)
+    if not quiet:
+        show_lines(lines + written(targets))

@@ -1,0 +1,208 @@
+"""Energies of rods and ties on plain arrays, with exact gradients and Hessians.
+
+Discrete elastic rods without twist (Bergou, Wardetzky, Robinson, Audoly and Grinspun 2008, §4.2)::
+
+      e        f            stretch of a segment   E = EA (l - l0)^2 / (2 l0)
+    o-----o-----o           bend at an inner point E = EI |k|^2 / (2 w),   |k| = 2 tan(theta / 2)
+          | theta           w: half the rest length of the two segments
+      ----o----  rod b      tie                    E = sum_i s_i (c_i - r_i)^2 / 2,
+          | g               c = (|g|, g.ta, g.tb)  g: gap from rod a to rod b, ta and tb: unit tangents there
+      ----o----  rod a
+
+A tie holds two rods one above the other: their distance, and the gap perpendicular to both.  The tangents come from the
+points beside the tied ones, so the couple of a force across the gap reaches the rods, and rigid motion
+changes no energy.  Rods may turn about the gap as scissors do.
+
+Stretch and ties are stiff *constraints* ``c`` with a force ``m = s (c - r)``.  Their Hessian is
+``s dc dc^T + m ddc``; `weavecore.simulating.newton` passes forces of its own for ``m``.  Units are SI.  All is
+linear in the number of elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints
+
+_IDENTITY = np.eye(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Bends:
+    """Inner points of rods.
+
+    Parameters
+    ----------
+    points : (B, 3) int64
+        The point before, the point, and the point after it.
+    stiffness : (B,) float64
+        ``EI / w`` in N·m, ``w`` the length of rod that belongs to the point.
+    """
+
+    points: Ints
+    stiffness: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """Segments of rods.
+
+    Parameters
+    ----------
+    points : (M, 2) int64
+    rest : (M,) float64
+        Length without force, in m.
+    stiffness : (M,) float64
+        ``EA / rest`` in N/m.
+    """
+
+    points: Ints
+    rest: Floats
+    stiffness: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Ties:
+    """Pairs of rods that are tied where they cross.
+
+    Parameters
+    ----------
+    points : (T, 6) int64
+        The tied point of rod a and that of rod b, then the points before and after each: a, b, a-, a+, b-, b+.
+    rest : (T, 3) float64
+        Distance of the axes, and how far b lies along a and along b, in m.
+    stiffness : (T, 3) float64
+        In N/m; of the distance, and along each rod.
+    """
+
+    points: Ints
+    rest: Floats
+    stiffness: Floats
+
+
+TIE_SIGNS = np.array([[-1.0, 1.0, 0, 0, 0, 0], [0, 0, -1.0, 1.0, 0, 0], [0, 0, 0, 0, -1.0, 1.0]])
+"""Gap and the two chords of a tie from its six points."""
+
+BEND_SIGNS = np.array([[-1.0, 1.0, 0], [0, -1.0, 1.0]])
+STRETCH_SIGNS = np.array([[-1.0, 1.0]])
+
+
+def outer(a: Floats, b: Floats) -> Floats:
+    """(n, 3, 3) dyadic products of rows."""
+    return a[:, :, None] * b[:, None, :]
+
+
+def normalised(vectors: Floats) -> tuple[Floats, Floats]:
+    """Lengths (n,) and unit vectors (n, 3)."""
+    length = np.sqrt(np.einsum("nd,nd->n", vectors, vectors))
+    return length, vectors / length[:, None]
+
+
+def projectors(unit: Floats) -> Floats:
+    """(n, 3, 3) projections onto the planes that are normal to unit vectors."""
+    across: Floats = _IDENTITY - outer(unit, unit)
+    return across
+
+
+def half_angle_tangents(x: Floats, bends: Bends) -> Floats:
+    """(B,) ``2 tan(theta / 2)`` at each inner point; its quotient with ``w`` is the curvature."""
+    i, j, k = bends.points.T
+    _, e = normalised(x[j] - x[i])
+    _, f = normalised(x[k] - x[j])
+    across, along = np.linalg.norm(e - f, axis=1), np.linalg.norm(e + f, axis=1)
+    tangents: Floats = 2.0 * across / along
+    return tangents
+
+
+def bend_gradient(x: Floats, bends: Bends) -> tuple[Floats, Floats]:
+    """Energies (B,) and their derivatives (B, 2, 3) by the edges before and after each point."""
+    i, j, k = bends.points.T
+    le, e = normalised(x[j] - x[i])
+    lf, f = normalised(x[k] - x[j])
+    cosine, difference = np.einsum("nd,nd->n", e, f), e - f
+    energy = bends.stiffness * np.einsum("nd,nd->n", difference, difference) / (1.0 + cosine)
+    slope = (-4.0 * bends.stiffness / (1.0 + cosine) ** 2)[:, None]
+    by_e = slope * (f - cosine[:, None] * e) / le[:, None]
+    by_f = slope * (e - cosine[:, None] * f) / lf[:, None]
+    return energy, np.stack([by_e, by_f], axis=1)
+
+
+def bend_hessian(x: Floats, bends: Bends) -> Floats:
+    """(B, 2, 2, 3, 3) second derivatives by the two edges: ``E'' grad c grad c^T + E' Hess c``, ``c = cos theta``."""
+    i, j, k = bends.points.T
+    le, e = normalised(x[j] - x[i])
+    lf, f = normalised(x[k] - x[j])
+    cosine = np.einsum("nd,nd->n", e, f)
+    slope = (-4.0 * bends.stiffness / (1.0 + cosine) ** 2)[:, None, None]
+    curve = (8.0 * bends.stiffness / (1.0 + cosine) ** 3)[:, None, None]
+    p, q = f - cosine[:, None] * e, e - cosine[:, None] * f
+    across_e, across_f = projectors(e), projectors(f)
+    c = cosine[:, None, None]
+    le2, lf2, lef = ((a * b)[:, None, None] for a, b in ((le, le), (lf, lf), (le, lf)))
+    blocks = np.empty((len(cosine), 2, 2, 3, 3))
+    blocks[:, 0, 0] = (curve * outer(p, p) - slope * (outer(p, e) + outer(e, p) + c * across_e)) / le2
+    blocks[:, 1, 1] = (curve * outer(q, q) - slope * (outer(q, f) + outer(f, q) + c * across_f)) / lf2
+    blocks[:, 0, 1] = (curve * outer(p, q) + slope * (across_e @ across_f)) / lef
+    blocks[:, 1, 0] = blocks[:, 0, 1].transpose(0, 2, 1)
+    return blocks
+
+
+def stretch_values(x: Floats, stretches: Stretches) -> tuple[Floats, Floats]:
+    """Elongations (M,) and unit vectors (M, 3) along the segments."""
+    a, b = stretches.points.T
+    length, unit = normalised(x[b] - x[a])
+    return length - stretches.rest, unit
+
+
+def stretch_hessian(x: Floats, stretches: Stretches, force: Optional[Floats] = None) -> Floats:
+    """(M, 1, 1, 3, 3) second derivatives by the segments' vectors, with axial forces of one's own where given."""
+    a, b = stretches.points.T
+    length, unit = normalised(x[b] - x[a])
+    axial: Floats = stretches.stiffness * (length - stretches.rest) if force is None else force
+    dyad = outer(unit, unit)
+    geometric = (axial / length)[:, None, None] * (_IDENTITY - dyad)
+    blocks: Floats = (stretches.stiffness[:, None, None] * dyad + geometric)[:, None, None]
+    return blocks
+
+
+def tie_values(x: Floats, points: Ints) -> tuple[Floats, Floats]:
+    """Distance and offsets along both rods (T, 3), and their derivatives (T, 3, 3, 3) by gap and both chords."""
+    gap, (la, ta), (lb, tb) = _tie_vectors(x, points)
+    distance, unit = normalised(gap)
+    along_a, along_b = np.einsum("nd,nd->n", gap, ta), np.einsum("nd,nd->n", gap, tb)
+    slopes = np.zeros((len(points), 3, 3, 3))
+    slopes[:, 0, 0] = unit
+    slopes[:, 1, 0], slopes[:, 2, 0] = ta, tb
+    slopes[:, 1, 1] = (gap - along_a[:, None] * ta) / la[:, None]
+    slopes[:, 2, 2] = (gap - along_b[:, None] * tb) / lb[:, None]
+    return np.stack([distance, along_a, along_b], axis=1), slopes
+
+
+def tie_hessian(x: Floats, ties: Ties, force: Optional[Floats] = None) -> Floats:
+    """(T, 3, 3, 3, 3) second derivatives by gap and chords, with tie forces (T, 3) of one's own where given."""
+    values, slopes = tie_values(x, ties.points)
+    force = ties.stiffness * (values - ties.rest) if force is None else force
+    flat = slopes.reshape(len(slopes), 3, 9)
+    full = np.einsum("nk,nki,nkj->nij", ties.stiffness, flat, flat, optimize=True)
+    blocks: Floats = full.reshape(-1, 3, 3, 3, 3).transpose(0, 1, 3, 2, 4).copy()
+    gap, *rods = _tie_vectors(x, ties.points)
+    distance, unit = normalised(gap)
+    blocks[:, 0, 0] += (force[:, 0] / distance)[:, None, None] * projectors(unit)
+    for k, (length, tangent) in enumerate(rods, start=1):
+        across = projectors(tangent)
+        mixed = (force[:, k] / length)[:, None, None] * across
+        blocks[:, 0, k] += mixed
+        blocks[:, k, 0] += mixed
+        p = gap - values[:, k, None] * tangent
+        second = outer(p, tangent) + outer(tangent, p) + values[:, k, None, None] * across
+        blocks[:, k, k] -= (force[:, k] / length**2)[:, None, None] * second
+    return blocks
+
+
+def _tie_vectors(x: Floats, points: Ints) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Gap (T, 3) from a to b, and length and unit vector of the chord about each tied point."""
+    a, b, before_a, after_a, before_b, after_b = points.T
+    return x[b] - x[a], normalised(x[after_a] - x[before_a]), normalised(x[after_b] - x[before_b])

@@ -1,0 +1,166 @@
+"""The stage: from a `Weave` to its `Equilibrium`.
+
+Lengths are turned to metres on the way in and back on the way out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Callable, Optional
+
+import numpy as np
+
+from weavecore.errors import NotConverged, Unsupported
+from weavecore.geometry.arrays import Bools, Floats
+from weavecore.model import Equilibrium, Weave
+from weavecore.simulating.boundary import (
+    BORDERS,
+    NONE,
+    Loads,
+    Supports,
+    load_forces,
+    supported_nodes,
+    three_point_gauge,
+)
+from weavecore.simulating.buckling import first_buckling_factor
+from weavecore.simulating.discretise import RodPoints, elements_of, place_points
+from weavecore.simulating.elements import half_angle_tangents
+from weavecore.simulating.newton import Solution, find_equilibrium
+from weavecore.simulating.structure import Structure
+from weavecore.units import millimetres_in
+
+Progress = Callable[[float, str], None]
+
+SEGMENTS = 2
+"""Between two joints: the fewest that let a rod bend between them."""
+
+
+def simulate_weave(
+    weave: Weave,
+    *,
+    supports: Supports = BORDERS,
+    loads: Optional[Loads] = None,
+    segments: int = SEGMENTS,
+    stations: Optional[Any] = None,
+    unit: Optional[str] = None,
+    buckling: bool = False,
+    progress: Optional[Progress] = None,
+) -> Equilibrium:
+    """Let the rods of a weave spring to where they rest.
+
+    Parameters
+    ----------
+    weave : Weave
+    supports : str or sequence of (n, 3) array_like
+        ``"none"``, ``"borders"``, or points and polylines at which nodes are held.
+    loads : Loads, optional
+        By default the rods' weight along -z, or nothing without supports.
+    segments : int
+        Straight segments between two joints, 2 at least.
+    stations : (M,) array_like, optional
+        Marks at each visit along its rod, in the model's unit, instead of the drawn ones.
+    unit : str, optional
+        Unit of the weave where it states none: ``"mm"``, ``"m"``…
+    buckling : bool
+        Whether the first buckling factor of the loads is found; takes about as long again.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Raises
+    ------
+    Unsupported
+    NotConverged
+        With the state that was reached.
+    """
+    if segments < 2:
+        raise Unsupported(f"Rods cannot bend with {segments} segments an edge", remedy="Use 2 or more.")
+    metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
+    held = supported_nodes(weave, supports)
+    loads = loads or Loads(gravity=(0.0, 0.0, -1.0) if held.any() else None)
+    if not held.any() and str(loads) != NONE:
+        raise Unsupported("A weave without supports cannot carry loads", remedy="Choose supports, or no loads.")
+    diameter = weave.rod_diameter * metres
+    rods = place_points(weave.axes, segments=segments, metres=metres, stations=stations)
+    structure = _structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
+    found = find_equilibrium(structure, rods.points, progress=progress)
+    words = supports if isinstance(supports, str) else f"{int(held.sum())} nodes"
+    at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)
+    at_rest = replace(at_rest, supports=words, loads=str(loads))
+    if not found.is_converged:
+        raise NotConverged(
+            f"No equilibrium was found in {found.n_steps} steps (residual force {found.residual:.3g} N)",
+            remedy="Look for sharp bends in the rods, or hold more nodes; the error's `reached` has the last state.",
+            reached=at_rest,
+        )
+    if buckling and str(loads) != NONE:
+        factor = first_buckling_factor(structure, found, progress=progress)
+        at_rest = replace(at_rest, buckling_factor=factor)
+    return at_rest
+
+
+def _structure_of(
+    weave: Weave, rods: RodPoints, held: Bools, loads: Loads, *, diameter: float, metres: float
+) -> Structure:
+    bends, stretches, ties = elements_of(weave, rods, diameter=diameter)
+    if held.any():
+        fixed = np.zeros((len(rods.points), 3), bool)
+        fixed[rods.of_visit[held[weave.strands.nodes]]] = True
+    else:
+        fixed = three_point_gauge(rods.points)
+    forces = load_forces(weave, rods, loads, diameter=diameter, metres=metres)
+    return Structure(len(rods.points), bends, stretches, ties, forces, fixed)
+
+
+def _results_of(
+    weave: Weave,
+    rods: RodPoints,
+    structure: Structure,
+    found: Solution,
+    held: Bools,
+    *,
+    diameter: float,
+    metres: float,
+) -> Equilibrium:
+    x = found.points
+    modulus = weave.material.modulus * 1e9
+    area, section = np.pi * diameter**2 / 4, np.pi * diameter**3 / 32
+    forces = structure.forces(x)
+    ends = rods.segments
+    count = np.maximum(np.bincount(ends.ravel(), minlength=len(x)), 1)
+    axial = np.bincount(ends.ravel(), np.repeat(forces.axial, 2), len(x)) / count
+    moment = np.zeros(len(x))
+    inertia = np.pi * diameter**4 / 64
+    moment[rods.inner] = modulus * inertia * half_angle_tangents(x, structure.bends) / rods.widths[rods.inner]
+    nodes = weave.strands.nodes
+    left = structure.gradient(x)[rods.of_visit]
+    reaction = np.stack([np.bincount(nodes, left[:, d], weave.lattice.n_nodes) for d in range(3)], axis=1)
+    shown = x if held.any() else laid_over(x, rods.points, weights=rods.widths)
+    return Equilibrium(
+        weave=weave,
+        points=shown / metres,
+        drawn=rods.points / metres,
+        offsets=rods.offsets,
+        point_of_visit=rods.of_visit,
+        axial_force=axial,
+        moment=moment,
+        stress=(np.abs(axial) / area + moment / section) / 1e6,
+        tie_force=forces.tie,
+        reaction=np.where(held[:, None], reaction, 0.0),
+        is_supported=held,
+        is_converged=found.is_converged,
+        n_negative=found.n_negative,
+        n_steps=found.n_steps,
+        residual=found.residual,
+        energies=structure.energies(x),
+        drawn_energy=structure.elastic_energy(rods.points),
+    )
+
+
+def laid_over(points: Floats, onto: Floats, *, weights: Floats) -> Floats:
+    """Points (n, 3) moved as a rigid body so that they fit others best in weighted squares (Kabsch 1976)."""
+    weights = (weights / weights.sum())[:, None]
+    centre, target = (weights * points).sum(0), (weights * onto).sum(0)
+    u, _, vt = np.linalg.svd((weights * (points - centre)).T @ (onto - target))
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    moved: Floats = (points - centre) @ (u * sign) @ vt + target
+    return moved
