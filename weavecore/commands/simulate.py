@@ -7,7 +7,7 @@ from typing import Annotated, Optional
 import typer
 
 from weavecore.commands.arguments import Overwrite, Quiet, ends_with
-from weavecore.commands.input_file import written
+from weavecore.commands.input_file import written_line
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -69,4 +69,4 @@ def simulate(
         pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
         lines = pipeline.describe(equilibrium)
     if not quiet:
-        show_lines(lines + written(targets))
+        show_lines(lines + written_line(targets))

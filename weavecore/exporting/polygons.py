@@ -61,7 +61,7 @@ def polygons_to_write(product: Product, ending: str) -> Polygons:
         For latitudes, which are curves, and for an equilibrium: the pipes would show the rods as drawn.
     """
     if product.equilibrium is not None:
-        raise Unsupported(f"A {ending} file does not hold rods at rest", remedy="Write them as .3dm or .json.")
+        raise Unsupported(f"A {ending} file cannot contain rods at rest", remedy="Write them as .3dm or .json.")
     return faces_of(product, ending) if product.weave is None else pipes_of(product.weave)
 
 

@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 from typing import Optional
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, diags, identity, vstack
+from scipy.sparse import coo_matrix, csr_matrix, identity, vstack
 from scipy.sparse.linalg import cg
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
@@ -357,7 +357,10 @@ def _solve(hessian: csr_matrix, pairs: Ints, damping: float, right: Floats) -> F
     determinant = diagonal[pairs] * diagonal[pairs + 1] - beside[pairs] ** 2
     inverse[pairs], inverse[pairs + 1] = diagonal[pairs + 1] / determinant, diagonal[pairs] / determinant
     beside[pairs] /= -determinant
-    preconditioner = csr_matrix(diags([inverse, beside[:-1], beside[:-1]], [0, 1, -1]))
+    every = np.arange(len(right))
+    rows, columns = np.concatenate([every, pairs, pairs + 1]), np.concatenate([every, pairs + 1, pairs])
+    values = np.concatenate([inverse, beside[pairs], beside[pairs]])
+    preconditioner = coo_matrix((values, (rows, columns)), shape=matrix.shape).tocsr()
     step, _ = cg(matrix, right, rtol=_TOLERANCE, maxiter=_MOST_ITERATIONS, M=preconditioner)
     solution: Floats = step
     return solution

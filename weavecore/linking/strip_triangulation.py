@@ -51,6 +51,9 @@ _SLANT_COST = 30.0
 """Of the square of the slant beyond `_EVEN_SLANT`: a node more or less is better than a triangle that leans much."""
 _REACH = 2
 """Nodes of the child on either side of the nearest among which an apex is first looked for."""
+_DIGITS = 6
+"""Costs are compared to so many digits where walks of equal cost would be told apart by rounding."""
+
 _ROUNDING = 1e-9
 """Part of a cost by which sums in another order may differ, and much more."""
 _MOST_BACK = 1.0
@@ -348,6 +351,8 @@ def _cheapest_within(strip: _Strip, reach: int, found: float) -> Optional[_Walk]
     phases = np.arange(2 if strip.even_cells and strip.closed else 1)
     phase, place = (index.ravel() for index in np.meshgrid(phases, starts, indexing="ij"))
     around = steps.run(phase, place)[-1][phase, place, np.arange(len(place))]
+    # On symmetric bands rounding errors must not decide between equal costs.
+    around = np.round(around, _DIGITS)
     division = int(np.argmin(around.min(axis=0)))
     start = int(np.argmin(around[:, division]))
     cost = float(around[start, division])
