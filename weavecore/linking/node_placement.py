@@ -25,6 +25,9 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.linking.patterns import Pattern
 
+_SHARE_DIGITS = 9
+"""Digits to which the lengths of the runs between corners are compared, as parts of the whole."""
+
 CORNER_TURN = np.radians(40.0)
 """A border has a corner where it turns by more: the smallest turn that shows as a corner in a woven border, and
 well above the turn from edge to edge of any circle that is meshed with a dozen edges or more."""
@@ -216,7 +219,9 @@ def _separated(corners: Floats, turn: Floats, length: float, least: float) -> Fl
 
 def _apportion(runs: Floats, count: int) -> Ints:
     """Whole numbers of edges, at least one each, proportional to the lengths ``runs`` and ``count`` in all."""
-    parts = np.maximum(np.floor(runs * (count / runs.sum())).astype(np.int64), 1)
+    # Runs of one length must not be told apart by rounding.
+    runs = np.round(runs / runs.sum(), _SHARE_DIGITS)
+    parts = np.maximum(np.floor(runs * (count / runs.sum()) + 1e-9).astype(np.int64), 1)
     while parts.sum() < count:
         parts[np.argmax(runs / parts)] += 1
     while parts.sum() > count:
