@@ -6,6 +6,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from weavecore.model import Weave
+from weavecore.weaving.axes import _common_normals
 from woven_rods import curve_of, woven_sample, woven_tube
 
 WEAVES = [("tube", pattern) for pattern in ("triangular", "quad", "kagome", "diagonal", "hexagonal", "twill")] + [
@@ -112,3 +113,9 @@ def test_a_closed_axis_goes_around_smoothly() -> None:
         for order in range(3):
             start, end = curve.derivative(order)(0.0), curve.derivative(order)(weave.axes.ends[s])
             assert np.allclose(start, end, atol=1e-6 * max(1.0, np.abs(start).max()))
+
+
+def test_where_rods_run_alongside_the_surface_decides_in_which_direction_they_are_stacked() -> None:
+    along = np.array([[1.0, 0.0, 0.0], [1.0, 1e-4, 0.0]])
+    normals = _common_normals(along, np.array([0, 0]), np.array([[0.0, 0.0, 1.0]]))
+    assert np.allclose(normals, [[0.0, 0.0, 1.0]], atol=1e-6)

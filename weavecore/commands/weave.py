@@ -71,7 +71,7 @@ def weave(
         typer.Option(
             metavar="NAME",
             callback=known_pattern,
-            help="triangular, quad, plain, twill, hexagonal, kagome or diagonal.",
+            help="triangular, quad, plain, twill, kagome, diagonal, or hexagonal (struts, not a weave: see kagome).",
         ),
     ] = "triangular",
     rod: Annotated[

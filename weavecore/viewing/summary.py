@@ -88,6 +88,9 @@ def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:
     ]
 
 
+_STRUTS = "; hexagonal gives straight struts between two joints, not woven rods: kagome is its weave"
+
+
 def describe_weave(weave: Weave) -> Lines:
     """Rods, their order and their bending.
 
@@ -97,12 +100,17 @@ def describe_weave(weave: Weave) -> Lines:
     """
     unit = weave.lattice.latitudes.surface.unit
     ends, conflicts = _count(weave.n_ends_inside, "end"), _count(len(weave.conflicts), "conflict")
+    clashes = _count(len(weave.clashes), "clash", "clashes")
+    is_net = weave.lattice.pattern == "hexagonal"
     rods = f"{len(weave):,}, median length {with_unit(weave.median_length, unit)}, {ends} inside"
     if len(weave.turns):
         rods += f"; across the rings a median turn of {np.degrees(np.median(weave.turns)):.1f}° at a node"
     return [
         ("rods", rods),
-        ("weave", f"{weave.over_under}, {conflicts}, {_count(len(weave.clashes), 'clash', 'clashes')}"),
+        (
+            "weave",
+            f"{weave.over_under}, {conflicts}, {_count(len(weave.clashes), 'clash', 'clashes')}{_STRUTS * is_net}",
+        ),
         ("bending", _bending_text(weave)),
     ]
 
