@@ -107,10 +107,7 @@ def describe_weave(weave: Weave) -> Lines:
         rods += f"; across the rings a median turn of {np.degrees(np.median(weave.turns)):.1f}° at a node"
     return [
         ("rods", rods),
-        (
-            "weave",
-            f"{weave.over_under}, {conflicts}, {_count(len(weave.clashes), 'clash', 'clashes')}{_STRUTS * is_net}",
-        ),
+        ("weave", f"{weave.over_under}, {conflicts}, {clashes}{_STRUTS * is_net}"),
         ("bending", _bending_text(weave)),
     ]
 
