@@ -189,11 +189,20 @@ def link_latitudes(
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
     report(0.0, "dividing the latitudes")
-    divided, border_nodes = _divide(latitudes, length, design)
-    report(0.4, "filling the pockets")
-    filling = _fill_with_refinement(latitudes, divided, border_nodes, design, length)
+    filling = _divide_and_fill(latitudes, length, design)
+    if len(filling.inverted) and design.count_tolerance > 1.0:
+        # Counts that are chosen together may be too few or too many for a fold.
+        report(0.4, "dividing the latitudes again")
+        even = _divide_and_fill(latitudes, length, replace(design, count_tolerance=1.0))
+        filling = even if len(even.inverted) < len(filling.inverted) else filling
     report(0.8, "smoothing the lattice")
     return smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
+
+
+def _divide_and_fill(latitudes: Latitudes, length: float, pattern: Pattern) -> BandFilling:
+    """The faces of all bands between divided polylines."""
+    divided, border_nodes = _divide(latitudes, length, pattern)
+    return _fill_with_refinement(latitudes, divided, border_nodes, pattern, length)
 
 
 def _divide(latitudes: Latitudes, length: float, pattern: Pattern) -> tuple[DividedPolylines, FreeBorderNodes]:
