@@ -111,6 +111,14 @@ def move_joint(rows: Rows) -> None:
     rows[last][k], rows[1][k] = " ".join(names[1:]), names[0]
 
 
+def forget_last_mark(rows: Rows) -> None:
+    """The last tick of the last piece has no row."""
+    piece, number = rows[0].index("piece_id"), rows[0].index("no")
+    last = rows[-1][piece], rows[-1][number]
+    while (rows[-1][piece], rows[-1][number]) == last:
+        rows.pop()
+
+
 BREAKS = [
     ("rods", lambda rows: rows.append(["X99", *rows[-1][1:]]), "rods_without_axis"),
     ("rods", add(1, "length", 0.3), "rod_length_off_its_axis_mm"),
@@ -148,7 +156,7 @@ BREAKS = [
     ("rods", put(1, "generation", "7"), "ring_set_before_its_parents"),
     ("sequence", put(3, "joints_to_tie", "J0001 J0001"), "joint_not_tied_once"),
     ("sequence", move_joint, "joint_tied_before_its_rods_are_set"),
-    ("marks", lambda rows: rows.pop(), "dxf_tick_off_its_mark_mm"),
+    ("marks", forget_last_mark, "dxf_tick_off_its_mark_mm"),
     ("marks", add(4, "from_start", 0.02), "svg_tick_off_its_mark_mm"),
     ("bom", add(1, "stock_count", 1), "bom_bars_off"),
     ("bom", add(1, "ties", -1), "bom_ties_off"),

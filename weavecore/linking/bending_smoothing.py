@@ -79,7 +79,7 @@ _TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
 
-_LEAST_EDGE, _MOST_EDGE = 0.5, 1.5
+_LEAST_EDGE, _MOST_EDGE = 0.5, 1.45
 _LEAST_ANGLE = np.radians(25.0)
 """Hard bounds: edges over the median, and corners; what is beyond at the start gets no worse."""
 
