@@ -19,7 +19,7 @@ import numpy as np
 from weavecore import pipeline
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.folder_reader import WrittenFolder
-from weavecore.fabricating.plan import Workshop
+from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import fabricate_weave
 from weavecore.model import Weave
 from weavecore.model.rod_ends import FEWEST_JOINTS

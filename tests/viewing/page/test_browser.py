@@ -98,15 +98,15 @@ def test_a_tap_picks_as_a_click_does(shown: Shown) -> None:
 
 def test_looking_at_a_rod_brings_it_near(shown: Shown) -> None:
     page = shown()
-    page.driver.execute_script("location.hash = 'rod=A04'")
+    page.driver.execute_script("location.hash = 'rod=A12'")
     page.wait("!document.getElementById('card').hidden")
-    ends = "Math.hypot(...[0, 1].map((k) => weavecorePage.placeOf('A04', 0)[k] - weavecorePage.placeOf('A04', 1)[k]))"
+    ends = "Math.hypot(...[0, 1].map((k) => weavecorePage.placeOf('A12', 0)[k] - weavecorePage.placeOf('A12', 1)[k]))"
     before, width = page.run(ends), page.run("canvas.clientWidth")
     page.click("#card .look")
     page.wait("true")
     assert page.run(ends) > 1.2 * before
     for part in (0.0, 0.5, 1.0):
-        x, y = page.run("weavecorePage.placeOf('A04', arguments[0])", part)
+        x, y = page.run("weavecorePage.placeOf('A12', arguments[0])", part)
         assert 0 < x < width
         assert 0 < y < page.run("canvas.clientHeight")
 
