@@ -37,6 +37,7 @@ from weavecore.linking.kagome import kagome_lattice
 from weavecore.linking.node_counts import count_nodes
 from weavecore.linking.patterns import PATTERNS, Pattern, pattern_named
 from weavecore.linking.ring_to_parent import DividedPolylines, join_rings_to_parents
+from weavecore.linking.small_rings import leave_out_small_rings
 from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
@@ -189,6 +190,8 @@ def link_latitudes(
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
     report(0.0, "dividing the latitudes")
+    kept = leave_out_small_rings(latitudes, length) if design.count_tolerance > 1.0 else None
+    if kept: latitudes = kept.latitudes
     filling = _divide_and_fill(latitudes, length, design)
     if len(filling.inverted) and design.count_tolerance > 1.0:
         # Counts that are chosen together may be too few or too many for a fold.
@@ -196,7 +199,8 @@ def link_latitudes(
         even = _divide_and_fill(latitudes, length, replace(design, count_tolerance=1.0))
         filling = even if len(even.inverted) < len(filling.inverted) else filling
     report(0.8, "smoothing the lattice")
-    return smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
+    lattice = smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
+    return kept.restore(lattice) if kept else lattice
 
 
 def _divide_and_fill(latitudes: Latitudes, length: float, pattern: Pattern) -> BandFilling:

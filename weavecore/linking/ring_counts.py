@@ -9,9 +9,10 @@ of all polylines that follow one another by plain bands are chosen together, suc
    rings                       bands
 
 is least, where n° is the count that gives the edge length asked for; n stays within a factor of n°, and b is larger
-in the bands next to a border.  A polyline of a band in which rings split or merge has a term ``b |n - n°|``, for there
-the counts of all sides must go together.  Polylines and plain bands make trees, so the least sum is found by dynamic
-programming from the last generation to the first (Bellman 1957): O(K²) a band for K counts to choose from.
+in the bands next to a border.  A polyline of a band in which rings split or merge has a term ``b |n - r n°|`` with one
+ratio r for the whole surface, for there the counts of all sides must go together; the best of several r is taken.
+Polylines and plain bands make trees, so the least sum is found by dynamic programming from the last generation to the
+first (Bellman 1957): O(K²) a band for K counts to choose from.
 """
 
 from __future__ import annotations
