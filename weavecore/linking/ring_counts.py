@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints
 
 EVENNESS = 0.5
 """Weight a of uneven edges: at 20 % off the edge length 50 edges count as much as one rod that ends."""
@@ -38,8 +38,17 @@ _MOST_CHOICES = 256
 
 
 def choose_counts(
-    ideal: Floats, generation: Ints, pairs: Ints, branches: Bools, *, step: int, odd: int, slack: float, jump: float
-) -> Ints:
+    ideal: Floats,
+    generation: Ints,
+    pairs: Ints,
+    branches: Ints,
+    targets: Floats,
+    *,
+    step: int,
+    odd: int,
+    slack: float,
+    jump: float,
+) -> tuple[Ints, float]:
     """Number of edges of each polyline of one tree.
 
     Parameters
@@ -49,8 +58,10 @@ def choose_counts(
     generation : (n,) int64
     pairs : (n - 1, 2) int64
         Parent and child of every plain band between them.
-    branches : (n,) bool
-        Polylines of bands in which rings split or merge.
+    branches : (k,) int64
+        Polylines of bands in which rings split or merge, once for each such band.
+    targets : (k,) float64
+        Their counts m that go together there.
     step, odd : int
         Counts are multiples of ``step`` plus ``odd``.
     slack : float
@@ -60,13 +71,15 @@ def choose_counts(
 
     Returns
     -------
-    (n,) int64
+    counts : (n,) int64
+    cost : float
+        The sum that is least.
     """
     choices = _choices(ideal, step, odd, slack)
     off = np.log(choices[None, :] / ideal[:, None])
     cost = EVENNESS * ideal[:, None] * off**2
     weight = np.where(generation <= _BORDER_BANDS, _BESIDE_BORDER, 1.0)
-    cost += (branches * weight)[:, None] * np.abs(choices[None, :] - ideal[:, None])
+    np.add.at(cost, branches, weight[branches, None] * np.abs(choices[None, :] - targets[:, None]))
     near = np.maximum(np.log(slack), np.abs(off).min(axis=1) + 1e-9)
     cost[np.abs(off) > near[:, None]] = np.inf
     change = np.abs(choices[:, None] - choices[None, :]).astype(np.float64)
@@ -81,7 +94,7 @@ def choose_counts(
     for parent, child in pairs[np.argsort(pairs[:, 1], kind="stable")].tolist():
         chosen[child] = best[child, chosen[parent]]
     counts: Ints = choices[chosen]
-    return counts
+    return counts, float(cost[roots, chosen[roots]].sum())
 
 
 def _choices(ideal: Floats, step: int, odd: int, slack: float) -> Ints:
