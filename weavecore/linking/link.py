@@ -1,8 +1,8 @@
 """Stage 3: from the latitudes to the lattice (Yan et al. 2016, §5).
 
-    count nodes  ──▶  divide, join rings  ──▶  fill pockets  ──▶  assemble  ──▶  smooth tangentially  ──▶  derive
-    node_counts       ring_to_parent           assemble,          assemble       tangential_smoothing     kagome, …
-                      free_borders             pocket_filling
+    leave out  ──▶  count nodes  ──▶  divide, join rings  ──▶  fill pockets  ──▶  assemble  ──▶  smooth  ──▶  derive
+    small_rings     node_counts       ring_to_parent           assemble,          assemble       tangential_, kagome, …
+                                      free_borders             pocket_filling                    bending_smoothing
 
 Patterns of `PATTERNS` are linked directly.  Those of `DERIVED` have other cells: they are made from the lattice of
 another pattern on the same latitudes.  A new one is a new entry in `DERIVED`.
@@ -123,6 +123,8 @@ def link_pattern(
 ) -> Lattice:
     """Link latitudes to a lattice of any pattern, and smooth it so that its rods bend little.
 
+    In patterns that have rings, those too small to be bent are left out (`small_rings`).
+
     Parameters
     ----------
     latitudes : Latitudes
@@ -139,8 +141,10 @@ def link_pattern(
         When the edge length is not a positive number, or there is no such pattern.
     """
     if known_pattern(pattern) in PATTERNS:
-        lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
-        return smooth_bending(lattice, free_rings=free_rings)
+        wanted = PATTERNS[pattern].edge_per_spacing * latitudes.spacing if edge_length is None else edge_length
+        kept = leave_out_small_rings(latitudes, wanted)
+        lattice = link_latitudes(kept.latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
+        return smooth_bending(kept.restore(lattice), free_rings=free_rings)
     made = DERIVED[pattern]
     lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, even_edges=True, progress=progress)
     return smooth_bending(made.derive(lattice, pattern))
@@ -190,8 +194,6 @@ def link_latitudes(
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
     report(0.0, "dividing the latitudes")
-    kept = leave_out_small_rings(latitudes, length) if design.count_tolerance > 1.0 else None
-    if kept: latitudes = kept.latitudes
     filling = _divide_and_fill(latitudes, length, design)
     if len(filling.inverted) and design.count_tolerance > 1.0:
         # Counts that are chosen together may be too few or too many for a fold.
@@ -199,8 +201,7 @@ def link_latitudes(
         even = _divide_and_fill(latitudes, length, replace(design, count_tolerance=1.0))
         filling = even if len(even.inverted) < len(filling.inverted) else filling
     report(0.8, "smoothing the lattice")
-    lattice = smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
-    return kept.restore(lattice) if kept else lattice
+    return smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
 
 
 def _divide_and_fill(latitudes: Latitudes, length: float, pattern: Pattern) -> BandFilling:

@@ -9,17 +9,16 @@ of all polylines that follow one another by plain bands are chosen together, suc
    rings                       bands
 
 is least, where n° is the count that gives the edge length asked for; n stays within a factor of n°, and b is larger
-in the bands next to a border.  A polyline of a band in which rings split or merge has a term ``b |n - r n°|`` with one
-ratio r for the whole surface, for there the counts of all sides must go together; the best of several r is taken.
-Polylines and plain bands make trees, so the least sum is found by dynamic programming from the last generation to the
-first (Bellman 1957): O(K²) a band for K counts to choose from.
+in the bands next to a border.  A polyline of a band in which rings split or merge has a term ``b |n - n°|``, for there
+the counts of all sides must go together.  Polylines and plain bands make trees, so the least sum is found by dynamic
+programming from the last generation to the first (Bellman 1957): O(K²) a band for K counts to choose from.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 
 EVENNESS = 0.5
 """Weight a of uneven edges: at 20 % off the edge length 50 edges count as much as one rod that ends."""
@@ -38,17 +37,8 @@ _MOST_CHOICES = 256
 
 
 def choose_counts(
-    ideal: Floats,
-    generation: Ints,
-    pairs: Ints,
-    branches: Ints,
-    targets: Floats,
-    *,
-    step: int,
-    odd: int,
-    slack: float,
-    jump: float,
-) -> tuple[Ints, float]:
+    ideal: Floats, generation: Ints, pairs: Ints, branches: Bools, *, step: int, odd: int, slack: float, jump: float
+) -> Ints:
     """Number of edges of each polyline of one tree.
 
     Parameters
@@ -58,10 +48,8 @@ def choose_counts(
     generation : (n,) int64
     pairs : (n - 1, 2) int64
         Parent and child of every plain band between them.
-    branches : (k,) int64
-        Polylines of bands in which rings split or merge, once for each such band.
-    targets : (k,) float64
-        Their counts m that go together there.
+    branches : (n,) bool
+        Polylines of bands in which rings split or merge.
     step, odd : int
         Counts are multiples of ``step`` plus ``odd``.
     slack : float
@@ -71,15 +59,13 @@ def choose_counts(
 
     Returns
     -------
-    counts : (n,) int64
-    cost : float
-        The sum that is least.
+    (n,) int64
     """
     choices = _choices(ideal, step, odd, slack)
     off = np.log(choices[None, :] / ideal[:, None])
     cost = EVENNESS * ideal[:, None] * off**2
     weight = np.where(generation <= _BORDER_BANDS, _BESIDE_BORDER, 1.0)
-    np.add.at(cost, branches, weight[branches, None] * np.abs(choices[None, :] - targets[:, None]))
+    cost += (branches * weight)[:, None] * np.abs(choices[None, :] - ideal[:, None])
     near = np.maximum(np.log(slack), np.abs(off).min(axis=1) + 1e-9)
     cost[np.abs(off) > near[:, None]] = np.inf
     change = np.abs(choices[:, None] - choices[None, :]).astype(np.float64)
@@ -94,7 +80,7 @@ def choose_counts(
     for parent, child in pairs[np.argsort(pairs[:, 1], kind="stable")].tolist():
         chosen[child] = best[child, chosen[parent]]
     counts: Ints = choices[chosen]
-    return counts, float(cost[roots, chosen[roots]].sum())
+    return counts
 
 
 def _choices(ideal: Floats, step: int, odd: int, slack: float) -> Ints:

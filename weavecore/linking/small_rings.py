@@ -9,9 +9,9 @@ broken at every node into rods of one edge::
          o──o──o                  /  |  \
         /   |   \                /   |   \
 
-Rings are left out from the last ones outwards: each has a pocket, a disc, on one side and another ring or border on the
-other.  The bands on its two sides become one, whose Euler characteristic is the sum of theirs.  O(P + S) for P polylines
-and S sides of bands, for each ring that is left out.
+Rings are left out from the last ones outwards, two at most one behind the other: each has a pocket, a disc, on one side
+and other rings or borders on the other.  The bands on its two sides become one, whose Euler characteristic is the sum of theirs.  O(S) for S sides of
+bands, for each ring that is left out.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ from weavecore.model.rod_pairing import MOST_TURN
 
 FEWEST_EDGES = 2.0 * np.pi / MOST_TURN
 """Edges of a ring that turns by the most that a rod may turn at each of its nodes."""
+
+_MOST_BEHIND_ANOTHER = 2
+"""Rings around one pocket: with edges of a spacing a flat disc has two of fewer than eight edges at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +54,7 @@ class KeptLatitudes:
         if len(self.polyline) == len(self.whole):
             return lattice
         latitude = lattice.node_latitude
-        return replace(
-            lattice, latitudes=self.whole, node_latitude=np.where(latitude < 0, -1, self.polyline[latitude])
-        )
+        return replace(lattice, latitudes=self.whole, node_latitude=np.where(latitude < 0, -1, self.polyline[latitude]))
 
 
 def leave_out_small_rings(latitudes: Latitudes, edge_length: float) -> KeptLatitudes:
@@ -73,10 +74,8 @@ def leave_out_small_rings(latitudes: Latitudes, edge_length: float) -> KeptLatit
     is_small &= latitudes.generation > 0
     keep = np.ones(len(latitudes), bool)
     bands = latitudes.bands
-    while True:
+    for _ in range(_MOST_BEHIND_ANOTHER):
         out = _rings_around_discs(bands, is_small & keep)
-        if len(out) == 0:
-            break
         keep[out] = False
         for p in out.tolist():
             bands = _without(bands, p)
