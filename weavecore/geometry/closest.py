@@ -124,9 +124,7 @@ def nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
     inside = square > 0
     for tail, head in ((a, b), (b, c), (c, a)):
         inside &= dots(cross(head - tail, best - tail), normal) >= 0
-    outside = np.flatnonzero(~inside)
-    points, gap = points[outside], np.full(len(outside), np.inf)
-    a, b, c = a[outside], b[outside], c[outside]
+    gap = np.where(inside, dots(best - points, best - points), np.inf)
     for tail, head in ((a, b), (b, c), (c, a)):
         along = head - tail
         square = dots(along, along)
@@ -134,7 +132,7 @@ def nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
         nearest = tail + along * np.clip(part, 0, 1)[:, None]
         distance = dots(nearest - points, nearest - points)
         closer = distance < gap
-        best[outside[closer]], gap[closer] = nearest[closer], distance[closer]
+        best[closer], gap[closer] = nearest[closer], distance[closer]
     places: Floats = best
     return places
 
