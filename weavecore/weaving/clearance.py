@@ -192,21 +192,11 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
     """
     visits = joints.visit[joints.contacts]
     one, other = (_stretches(points, rows, strands, v, REACH * rod_diameter) for v in visits.T)
-    centre = points[visits[:, :1]]
-    middles = [(side[:, :-1] + side[:, 1:]) / 2.0 - centre for side in (one, other)]
-    lengths = [np.linalg.norm(np.diff(side, axis=1), axis=2) for side in (one, other)]
-    squares = [np.einsum("cpk,cpk->cp", middle, middle) for middle in middles]
-    square = np.matmul(middles[0], -2.0 * middles[1].transpose(0, 2, 1))
-    square += squares[0][:, :, None]
-    square += squares[1][:, None]
-    apart = np.sqrt(np.maximum(square, 0.0))
-    # Two pieces are no nearer than their middles less half their lengths: few of a joint are worth a closer look.
-    bound = apart - (lengths[0][:, :, None] + lengths[1][:, None]) / 2.0
-    nearest = apart.reshape(len(apart), -1).min(1, initial=np.inf) * (1.0 + 1e-9) + 1e-9 * rod_diameter
-    joint, p, q = np.nonzero(bound <= nearest[:, None, None])
-    distance, _ = segment_distances(one[joint, p], one[joint, p + 1], other[joint, q], other[joint, q + 1])
     least = np.full(len(visits), np.inf)
-    np.minimum.at(least, joint, distance)
+    for p in range(one.shape[1] - 1):
+        for q in range(other.shape[1] - 1):
+            distance, _ = segment_distances(one[:, p], one[:, p + 1], other[:, q], other[:, q + 1])
+            least = np.minimum(least, distance)
     return least
 
 
