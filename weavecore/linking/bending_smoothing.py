@@ -26,7 +26,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, rows_of
 from weavecore.geometry.closest import FaceFinder
-from weavecore.linking.arc_length import points_at
+from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,
     LONGEST,
@@ -73,6 +73,9 @@ _LONGEST_STEP = 0.15
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-5, 1e4
 """Levenberg-Marquardt damping, relative to the diagonal of the Hessian."""
+
+_GOOD, _FAIR = 0.5, 0.1
+"""What the sum fell by over what the quadratic model promised: above, damping is eased by 4 or 2, below it doubles."""
 
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
@@ -153,6 +156,8 @@ class _Sites:
         self._surface = lattice.latitudes.surface
         self._finder = FaceFinder(self._surface.vertices, self._surface.faces)
         self._vertex_normals = _vertex_normals(self._surface)
+        polylines = lattice.latitudes.polylines
+        self._polyline_normals = self._weighted_normals(polylines.face, polylines.barycentric)
         self._mean = float(lattice.edge_lengths.mean())
         self.first = np.concatenate([[0], np.cumsum(slides + 2 * roams)])
         self.n_unknowns = int(self.first[-1])
@@ -168,9 +173,12 @@ class _Sites:
         size = np.maximum(dots(area, area), np.finfo(float).tiny)
         pairs = ((b, c), (c, a), (a, b))
         weight = np.stack([dots(cross(p - points, q - points), area) / size for p, q in pairs], axis=1)
-        normal = np.einsum("nk,nkd->nd", np.clip(weight, 0.0, 1.0), self._vertex_normals[self._surface.faces[face]])
-        unit: Floats = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
-        return unit
+        return _unit(self._weighted_normals(face, np.clip(weight, 0.0, 1.0)))
+
+    def _weighted_normals(self, face: Ints, weight: Floats) -> Floats:
+        """Normals of the corners of faces, blended by weights (n, 3), not of unit length."""
+        normals: Floats = np.einsum("nk,nkd->nd", weight, self._vertex_normals[self._surface.faces[face]])
+        return normals
 
     def directions(self, place: _Place) -> Floats:
         """(N, 3, 2) the ways that nodes may go: one along a polyline, two in the tangent plane, or none."""
@@ -184,9 +192,7 @@ class _Sites:
         slide = np.flatnonzero(self.slides)
         probe = _PROBE * self._mean
         ahead, behind = (self._on_polylines(slide, station[slide] + step) for step in (probe, -probe))
-        tangent = ahead[0] - behind[0]
-        unit: Floats = tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), np.finfo(float).tiny)
-        return unit
+        return _unit(ahead[0] - behind[0])
 
     def _on_polylines(self, nodes: Ints, station: Floats) -> tuple[Floats, Floats]:
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[nodes]
@@ -206,8 +212,9 @@ class _Sites:
         way *= np.minimum(1.0, most / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), np.finfo(float).tiny))
         face, nodes[roam] = self._finder.find(nodes[roam] + way)
         normals[roam] = self._blend(face, nodes[roam])
-        if len(slide):
-            normals[slide] = self.normals(nodes[slide])
+        # Segments of polylines lie within faces, where the normals are blended as they are along the segments.
+        polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[slide]
+        normals[slide] = _unit(interpolated_at(polylines, self._polyline_normals, latitude, station[slide]))
         return _Place(nodes, station, normals)
 
 
@@ -258,15 +265,19 @@ def _tangents(normals: Floats) -> tuple[Floats, Floats]:
     return u, cross(normals, u)
 
 
+def _unit(vectors: Floats) -> Floats:
+    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+    return unit
+
+
 def _vertex_normals(surface: SurfaceMesh) -> Floats:
     """Unit normals (V, 3), faces weighted by area."""
     a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
     area = cross(b - a, c - a)
-    total = np.stack(
+    total: Floats = np.stack(
         [np.bincount(surface.faces.ravel(), np.repeat(area[:, k], 3), surface.n_vertices) for k in range(3)], axis=1
     )
-    unit: Floats = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny)
-    return unit
+    return _unit(total)
 
 
 class _Problem:
@@ -325,6 +336,7 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         hessian, gradient = equations.assemble(problem.terms(place), problem.sites.directions(place))
         for _try in range(_MOST_TRIES):
             step = equations.solve(hessian, damping / problem.mean**2, -gradient)
+            promised = -float(gradient @ step + step @ (hessian @ step) / 2.0)
             after = _without_harm(problem, place, problem.sites.moved(place, step))
             new = problem.value(after)
             if new < value:
@@ -333,7 +345,8 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         else:
             return place
         fell, place, value = value - new, after, new
-        damping = max(damping / 4.0, _LEAST_DAMPING)
+        easing = 4.0 if fell > _GOOD * promised else 2.0 if fell > _FAIR * promised else 0.5
+        damping = max(damping / easing, _LEAST_DAMPING)
         if fell < _ENOUGH * value:
             break
     return place
