@@ -21,10 +21,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, next_in_loop
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inverted, next_in_loop
 from weavecore.geometry.matching import ALONE
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.linking.normal_equations import Term
@@ -67,6 +68,8 @@ class RodJoints:
     edge_before, edge_after : (J,) int64
     beyond_before, beyond_after : (J,) int64
         The joint at the far end of these edges, -1 at the end of a rod.
+    order : (J,) int64
+        The joints in an order in which neighbours along a rod are one place apart, along a closed rod two at most.
     """
 
     node: Ints
@@ -76,6 +79,7 @@ class RodJoints:
     edge_after: Ints
     beyond_before: Ints
     beyond_after: Ints
+    order: Ints
 
 
 def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
@@ -101,7 +105,19 @@ def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
     one, other = one[turn <= most_turn], other[turn <= most_turn]
     at_dart = np.full(len(partner), ALONE, np.int64)
     at_dart[one] = at_dart[other] = np.arange(len(one))
-    return RodJoints(tail[one], head[one], head[other], one // 2, other // 2, at_dart[one ^ 1], at_dart[other ^ 1])
+    beyond = at_dart[one ^ 1], at_dart[other ^ 1]
+    order = _order_along_rods(*beyond)
+    return RodJoints(tail[one], head[one], head[other], one // 2, other // 2, *beyond, order)
+
+
+def _order_along_rods(beyond_before: Ints, beyond_after: Ints) -> Ints:
+    """Joints in an order of small bandwidth (Cuthill and McKee 1969): 1 for a path, 2 for a cycle."""
+    n = len(beyond_before)
+    row, column = np.tile(np.arange(n), 2), np.concatenate([beyond_before, beyond_after])
+    known = column != ALONE
+    graph = coo_matrix((np.ones(int(known.sum()), np.int8), (row[known], column[known])), shape=(n, n)).tocsr()
+    order: Ints = reverse_cuthill_mckee(graph, symmetric_mode=True).astype(np.int64)
+    return order
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,7 +309,7 @@ class _Bends:
         self._back = _along(chords, joints.edge_before, joints.before)
         self._forth = _along(chords, joints.edge_after, joints.node)
         self._system = self._factor(1.0)
-        self._moment = self._system.solve(self._forth - self._back)
+        self._moment = self._solve(self._system, self._forth - self._back)
         tangent = _unit(self._forth + self._back)
         self._normal = _unit(_orthogonal(normals[joints.node], tangent))
         self._tangent = tangent
@@ -302,19 +318,28 @@ class _Bends:
         self._weave = np.zeros(len(tangent))
         if rise > 0:
             self._weave_system = self._factor(-1.0)
-            self._weave = self._weave_system.solve(rise * (1.0 / self._before + 1.0 / self._after))
+            self._weave = self._solve(self._weave_system, rise * (1.0 / self._before + 1.0 / self._after))
         self.vector = bend + (self._side * self._weave)[:, None] * self._normal
         self.curvature: Floats = np.sqrt(dots(self.vector, self.vector))
 
-    def _factor(self, sign: float) -> SuperLU:
-        """Factors of the system of the spline, with ``sign`` times its entries off the diagonal."""
-        joints, row = self._joints, np.arange(len(self._before))
-        parts = [(row, row, (self._before + self._after) / 3.0)]
+    def _factor(self, sign: float) -> Floats:
+        """Banded Cholesky factor of the system of the spline, with ``sign`` times its entries off the diagonal."""
+        joints = self._joints
+        place = inverted(joints.order)
+        bands = np.zeros((3, len(place)))
+        bands[2, place] = (self._before + self._after) / 3.0
         for beyond, length in ((joints.beyond_before, self._before), (joints.beyond_after, self._after)):
-            known = beyond != ALONE
-            parts.append((row[known], beyond[known], sign * length[known] / 6.0))
-        rows, columns, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
-        return splu(coo_matrix((values, (rows, columns)), shape=(len(row), len(row))).tocsc())
+            # The system is symmetric: each entry is met from both of its joints and written once.
+            known = np.flatnonzero((beyond != ALONE) & (place[beyond] > place))
+            far = place[beyond[known]]
+            np.add.at(bands, (2 - (far - place[known]), far), sign * length[known] / 6.0)
+        factor: Floats = cholesky_banded(bands)
+        return factor
+
+    def _solve(self, factor: Floats, right: Floats) -> Floats:
+        solution = np.empty_like(right)
+        solution[self._joints.order] = cho_solve_banded((factor, False), right[self._joints.order])
+        return solution
 
     def _by_ends(self) -> tuple[Floats, Floats]:
         """Derivatives of the system's right-hand side less its left, moments fixed, by the nodes before and after.
@@ -339,10 +364,10 @@ class _Bends:
     def pull_back(self, slopes: Floats, n_nodes: int) -> Floats:
         """Gradient (N, 3) by the nodes of what has these slopes (J, 3) by the curvature vectors."""
         spline, weave = self._by_ends()
-        moment = self._system.solve(_orthogonal(slopes, self._tangent))
+        moment = self._solve(self._system, _orthogonal(slopes, self._tangent))
         ends = np.einsum("jkcd,jc->jkd", spline, moment)
         if self._rise > 0:
-            ends += weave * self._weave_system.solve(self._side * dots(slopes, self._normal))[:, None, None]
+            ends += weave * self._solve(self._weave_system, self._side * dots(slopes, self._normal))[:, None, None]
         joints = self._joints
         nodes = np.stack([joints.before, joints.after, joints.node], axis=1)
         return _gathered(nodes, np.concatenate([ends, -ends.sum(1, keepdims=True)], axis=1), n_nodes)
