@@ -198,6 +198,11 @@ def test_moving_all_nodes_alike_bends_nothing(pattern: str) -> None:
     assert np.abs(term.blocks.sum(1)).max() < 1e-9 * np.abs(term.blocks).max()
 
 
+def test_where_every_rod_is_broken_at_every_node_there_are_no_joints() -> None:
+    before = raw("kagome")
+    assert len(find_joints(before, most_turn=0.0).node) == 0
+
+
 def test_stencils_follow_rods_past_two_joints_each_way() -> None:
     lattice = raw("kagome")
     joints = find_joints(lattice)

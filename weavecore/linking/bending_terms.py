@@ -115,6 +115,8 @@ def _order_along_rods(beyond_before: Ints, beyond_after: Ints) -> Ints:
     n = len(beyond_before)
     row, column = np.tile(np.arange(n), 2), np.concatenate([beyond_before, beyond_after])
     known = column != ALONE
+    if not known.any():
+        return np.arange(n)
     graph = coo_matrix((np.ones(int(known.sum()), np.int8), (row[known], column[known])), shape=(n, n)).tocsr()
     order: Ints = reverse_cuthill_mckee(graph, symmetric_mode=True).astype(np.int64)
     return order
