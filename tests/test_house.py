@@ -79,7 +79,12 @@ def blocks_of(language: str) -> list[str]:
 
 def test_the_commands_of_the_readme_are_those_of_ci() -> None:
     ci = (ROOT / ".ci" / "run").read_text("utf-8")
-    test_command = next(line for block in blocks_of("sh") for line in block.splitlines() if line.endswith("pytest"))
+    test_command = next(
+        line
+        for block in blocks_of("sh")
+        for line in block.splitlines()
+        if " -m pytest" in line and "uv run" not in line
+    )
     assert test_command in ci.splitlines()
 
 

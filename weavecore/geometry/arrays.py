@@ -53,6 +53,41 @@ def frozen(values: ArrayLike, dtype: Any, shape: tuple[int, ...]) -> NDArray[Any
     return array
 
 
+# Rows of vectors
+
+
+def dots(a: Floats, b: Floats) -> Floats:
+    """Inner products of rows; several times as fast as ``(a * b).sum(1)`` where rows are short.
+
+    Parameters
+    ----------
+    a, b : (n, k) float64
+
+    Returns
+    -------
+    (n,) float64
+    """
+    products: Floats = np.einsum("nk,nk->n", a, b)
+    return products
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross products of rows; twice as fast as NumPy's, which takes any shape.
+
+    Parameters
+    ----------
+    a, b : (n, 3) float64
+
+    Returns
+    -------
+    (n, 3) float64
+    """
+    product = np.empty((len(a), 3))
+    for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[:, k] = a[:, i] * b[:, j] - a[:, j] * b[:, i]
+    return product
+
+
 # Ragged arrays
 
 

@@ -1,8 +1,8 @@
 """Closest points: of a triangle mesh, of triangles, and between segments.
 
-The nearest vertex bounds the distance to the mesh, so a closest face has its centroid no further than that bound plus
-the face's radius; a k-d tree of centroids gives the candidates, and the exact distance decides.  Faces of like size
-(a factor of two) are searched together, so that a few large ones do not widen the search among the small.
+The face with the nearest centroid bounds the distance to the mesh, so a closest face has its centroid no further than
+that bound plus the face's radius; a k-d tree of centroids gives the candidates, and the exact distance decides.  Faces
+of like size (a factor of two) are searched together, so that a few large ones do not widen the search among the small.
 
 Work: for each point the logarithm of the faces, and its candidates.
 """
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, cross, dots
 
 _POINTS_AT_ONCE = 4096  # bounds the memory of the candidates
 _TINY = np.finfo(float).tiny
@@ -39,7 +39,7 @@ class FaceFinder:
         size = np.frexp(radius)[1]
         classes = [np.flatnonzero(size == s) for s in np.unique(size)]
         self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in classes]
-        self._vertices = cKDTree(vertices[np.unique(faces)])
+        self._centroids = cKDTree(middle)
 
     def find(self, points: Floats) -> tuple[Ints, Floats]:
         """Find the closest face of each point; see `closest_faces`.
@@ -53,18 +53,25 @@ class FaceFinder:
         face : (n,) int64
         place : (n, 3) float64
         """
-        bound = np.asarray(self._vertices.query(points)[0], np.float64)
+        guess = np.asarray(self._centroids.query(points)[1], np.int64)
+        bound = _distances(nearest_on_triangles(points, self._corners[guess]), points)
         best = np.zeros(len(points), np.int64)
         place = np.zeros((len(points), 3))
         for begin in range(0, len(points), _POINTS_AT_ONCE):
             block = slice(begin, begin + _POINTS_AT_ONCE)
             row, face = _candidates(points[block], bound[block], self._trees)
             nearest = nearest_on_triangles(points[block][row], self._corners[face])
-            gap = np.linalg.norm(nearest - points[block][row], axis=1)
+            gap = _distances(nearest, points[block][row])
             order = np.lexsort((face, gap, row))
             first = order[np.unique(row[order], return_index=True)[1]]
             best[block], place[block] = face[first], nearest[first]
         return best, place
+
+
+def _distances(a: Floats, b: Floats) -> Floats:
+    gap = a - b
+    distances: Floats = np.sqrt(dots(gap, gap))
+    return distances
 
 
 def closest_faces(points: Floats, vertices: Floats, faces: Ints) -> tuple[Ints, Floats]:
@@ -110,20 +117,20 @@ def nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
     (n, 3) float64
     """
     a, b, c = (corners[:, k] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    square = (normal * normal).sum(1)
-    height = np.divide(((points - a) * normal).sum(1), square, out=np.zeros(len(points)), where=square > 0)
+    normal = cross(b - a, c - a)
+    square = dots(normal, normal)
+    height = np.divide(dots(points - a, normal), square, out=np.zeros(len(points)), where=square > 0)
     best = points - normal * height[:, None]
     inside = square > 0
     for tail, head in ((a, b), (b, c), (c, a)):
-        inside &= (np.cross(head - tail, best - tail) * normal).sum(1) >= 0
-    gap = np.where(inside, ((best - points) ** 2).sum(1), np.inf)
+        inside &= dots(cross(head - tail, best - tail), normal) >= 0
+    gap = np.where(inside, dots(best - points, best - points), np.inf)
     for tail, head in ((a, b), (b, c), (c, a)):
         along = head - tail
-        square = (along * along).sum(1)
-        part = np.divide(((points - tail) * along).sum(1), square, out=np.zeros(len(points)), where=square > 0)
+        square = dots(along, along)
+        part = np.divide(dots(points - tail, along), square, out=np.zeros(len(points)), where=square > 0)
         nearest = tail + along * np.clip(part, 0, 1)[:, None]
-        distance = ((nearest - points) ** 2).sum(1)
+        distance = dots(nearest - points, nearest - points)
         closer = distance < gap
         best[closer], gap[closer] = nearest[closer], distance[closer]
     places: Floats = best
@@ -145,11 +152,11 @@ def segment_distances(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Float
         Midway between the nearest points.
     """
     u, v, w = b - a, d - c, a - c
-    uu, vv, uv = (u * u).sum(1), (v * v).sum(1), (u * v).sum(1)
-    uw, vw = (u * w).sum(1), (v * w).sum(1)
+    uu, vv, uv, uw, vw = dots(u, u), dots(v, v), dots(u, v), dots(u, w), dots(v, w)
     det = uu * vv - uv * uv
     s = np.clip(np.divide(uv * vw - uw * vv, det, out=np.zeros_like(det), where=det > _PARALLEL * uu * vv), 0.0, 1.0)
     t = np.clip((uv * s + vw) / np.maximum(vv, _TINY), 0.0, 1.0)
     s = np.clip((uv * t - uw) / np.maximum(uu, _TINY), 0.0, 1.0)
     p, q = a + u * s[:, None], c + v * t[:, None]
-    return np.linalg.norm(p - q, axis=1), (p + q) / 2.0
+    gap = p - q
+    return np.sqrt(dots(gap, gap)), (p + q) / 2.0

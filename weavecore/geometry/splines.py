@@ -312,7 +312,7 @@ def sample_curves(
     CurveSamples
     """
     start, stop, reach = span_ends(parameters, offsets, closed, ends)
-    pieces = np.maximum(np.ceil(_LENGTH_OF_CHORD * reach / step), 1).astype(np.int64)
+    pieces = pieces_of(reach, step)
     span = np.repeat(np.arange(len(start)), pieces)
     nth = ranks_in_rows(pieces)
     part = 1.0 / pieces[span]
@@ -346,6 +346,23 @@ def sample_curves(
     is_given[~is_last] = nth == 0
     tangents = slope / np.maximum(size, np.finfo(float).tiny)
     return CurveSamples(sample_offsets, place, tangents, stations, curvatures, is_given)
+
+
+def pieces_of(width: Floats, step: Union[float, Floats]) -> Ints:
+    """Number of pieces that each cubic is divided into, so that none is longer than a step.
+
+    Parameters
+    ----------
+    width : (n,) float64
+        Of the parameter.
+    step : float or (n,) float64
+
+    Returns
+    -------
+    (n,) int64
+    """
+    pieces: Ints = np.maximum(np.ceil(_LENGTH_OF_CHORD * width / step), 1).astype(np.int64)
+    return pieces
 
 
 def points_at_stations(samples: CurveSamples, curve: Ints, station: Floats) -> Floats:

@@ -27,14 +27,34 @@ def points_at(polylines: Polylines, polyline: Ints, station: Floats) -> Floats:
     -------
     (n, 3) float64
     """
+    return interpolated_at(polylines, polylines.points, polyline, station)
+
+
+def interpolated_at(polylines: Polylines, values: Floats, polyline: Ints, station: Floats) -> Floats:
+    """Values at stations along polylines, linear between those at their points.
+
+    Parameters
+    ----------
+    polylines : Polylines
+    values : (N, k) float64
+        At the points of the polylines.
+    polyline : (n,) int64
+        The polyline of each station.
+    station : (n,) float64
+        From 0 to the length of that polyline.
+
+    Returns
+    -------
+    (n, k) float64
+    """
     start = segments_at(polylines, polyline, station)
     length = polylines.segment_lengths[start]
     along = station - polylines.stations[start]
     part = np.divide(along, length, out=np.zeros_like(along), where=length > 0)[:, None]
     ends = polylines.offsets[polyline + 1] - 1
     after = np.where(start == ends, polylines.offsets[polyline], start + 1)
-    points: Floats = polylines.points[start] * (1 - part) + polylines.points[after] * part
-    return points
+    interpolated: Floats = values[start] * (1 - part) + values[after] * part
+    return interpolated
 
 
 def segments_at(polylines: Polylines, polyline: Ints, station: Floats) -> Ints:

@@ -23,20 +23,19 @@ from dataclasses import dataclass, replace
 from typing import Optional
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, identity, vstack
-from scipy.sparse.linalg import cg
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, rows_of
 from weavecore.geometry.closest import FaceFinder
-from weavecore.linking.arc_length import points_at
+from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,
     LONGEST,
     SHORTEST,
+    Chords,
     FaceCorners,
     RodJoints,
-    Term,
     angle_term,
+    bending_cost,
     bending_term,
     chords_of,
     corner_angles,
@@ -44,8 +43,10 @@ from weavecore.linking.bending_terms import (
     edge_of_sides,
     edge_term,
     find_joints,
+    find_stencils,
 )
 from weavecore.linking.node_placement import CORNER_TURN
+from weavecore.linking.normal_equations import NormalEquations, Term
 from weavecore.model.lattice import Lattice
 from weavecore.model.surface import SurfaceMesh
 
@@ -73,8 +74,8 @@ _LONGEST_STEP = 0.15
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-5, 1e4
 """Levenberg-Marquardt damping, relative to the diagonal of the Hessian."""
 
-_TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
-"""Relative residual and iterations at which conjugate gradients stop: a rough step is enough, as more follow."""
+_GOOD, _FAIR = 0.5, 0.1
+"""What the sum fell by over what the quadratic model promised: above, damping is eased by 4 or 2, below it doubles."""
 
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
@@ -155,10 +156,11 @@ class _Sites:
         self._surface = lattice.latitudes.surface
         self._finder = FaceFinder(self._surface.vertices, self._surface.faces)
         self._vertex_normals = _vertex_normals(self._surface)
+        polylines = lattice.latitudes.polylines
+        self._polyline_normals = self._weighted_normals(polylines.face, polylines.barycentric)
         self._mean = float(lattice.edge_lengths.mean())
         self.first = np.concatenate([[0], np.cumsum(slides + 2 * roams)])
         self.n_unknowns = int(self.first[-1])
-        self.pairs = self.first[:-1][roams]
 
     def normals(self, nodes: Floats) -> Floats:
         """Unit normals (N, 3) of the surface, blended between its vertices."""
@@ -167,32 +169,30 @@ class _Sites:
     def _blend(self, face: Ints, points: Floats) -> Floats:
         corners = self._surface.vertices[self._surface.faces[face]]
         a, b, c = (corners[:, k] for k in range(3))
-        area = np.cross(b - a, c - a)
-        size = np.maximum((area * area).sum(1), np.finfo(float).tiny)
+        area = cross(b - a, c - a)
+        size = np.maximum(dots(area, area), np.finfo(float).tiny)
         pairs = ((b, c), (c, a), (a, b))
-        weight = np.stack([(np.cross(p - points, q - points) * area).sum(1) / size for p, q in pairs], axis=1)
-        normal = np.einsum("nk,nkd->nd", np.clip(weight, 0.0, 1.0), self._vertex_normals[self._surface.faces[face]])
-        unit: Floats = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
-        return unit
+        weight = np.stack([dots(cross(p - points, q - points), area) / size for p, q in pairs], axis=1)
+        return _unit(self._weighted_normals(face, np.clip(weight, 0.0, 1.0)))
 
-    def directions(self, place: _Place) -> csr_matrix:
-        """(3N, unknowns) how the coordinates of the nodes follow the unknowns."""
+    def _weighted_normals(self, face: Ints, weight: Floats) -> Floats:
+        """Normals of the corners of faces, blended by weights (n, 3), not of unit length."""
+        normals: Floats = np.einsum("nk,nkd->nd", weight, self._vertex_normals[self._surface.faces[face]])
+        return normals
+
+    def directions(self, place: _Place) -> Floats:
+        """(N, 3, 2) the ways that nodes may go: one along a polyline, two in the tangent plane, or none."""
         slide, roam = np.flatnonzero(self.slides), np.flatnonzero(self.roams)
-        u, v = _tangents(place.normals[roam])
-        vectors = np.concatenate([self._ring_tangents(place.station), u, v])
-        nodes = np.concatenate([slide, roam, roam])
-        unknown = np.concatenate([self.first[slide], self.first[roam], self.first[roam] + 1])
-        rows = (3 * nodes[:, None] + np.arange(3)).ravel()
-        shape = (3 * len(self.slides), self.n_unknowns)
-        return coo_matrix((vectors.ravel(), (rows, np.repeat(unknown, 3))), shape=shape).tocsr()
+        ways = np.zeros((len(self.slides), 3, 2))
+        ways[slide, :, 0] = self._ring_tangents(place.station)
+        ways[roam, :, 0], ways[roam, :, 1] = _tangents(place.normals[roam])
+        return ways
 
     def _ring_tangents(self, station: Floats) -> Floats:
         slide = np.flatnonzero(self.slides)
         probe = _PROBE * self._mean
         ahead, behind = (self._on_polylines(slide, station[slide] + step) for step in (probe, -probe))
-        tangent = ahead[0] - behind[0]
-        unit: Floats = tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), np.finfo(float).tiny)
-        return unit
+        return _unit(ahead[0] - behind[0])
 
     def _on_polylines(self, nodes: Ints, station: Floats) -> tuple[Floats, Floats]:
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[nodes]
@@ -212,8 +212,9 @@ class _Sites:
         way *= np.minimum(1.0, most / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), np.finfo(float).tiny))
         face, nodes[roam] = self._finder.find(nodes[roam] + way)
         normals[roam] = self._blend(face, nodes[roam])
-        if len(slide):
-            normals[slide] = self.normals(nodes[slide])
+        # Segments of polylines lie within faces, where the normals are blended as they are along the segments.
+        polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[slide]
+        normals[slide] = _unit(interpolated_at(polylines, self._polyline_normals, latitude, station[slide]))
         return _Place(nodes, station, normals)
 
 
@@ -252,27 +253,31 @@ def _turns_about(lattice: Lattice) -> Floats:
     behind, here, ahead = at(-reach), at(0.0), at(reach)
     one, other = here - behind, ahead - here
     turn = np.zeros(lattice.n_nodes)
-    turn[on] = np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(1))
+    turn[on] = np.arctan2(np.linalg.norm(cross(one, other), axis=1), (one * other).sum(1))
     return turn
 
 
 def _tangents(normals: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors (n, 3) each, normal to the given and to each other."""
     least = np.argmin(np.abs(normals), axis=1)
-    u = np.cross(normals, np.eye(3)[least])
+    u = cross(normals, np.eye(3)[least])
     u /= np.maximum(np.linalg.norm(u, axis=1, keepdims=True), np.finfo(float).tiny)
-    return u, np.cross(normals, u)
+    return u, cross(normals, u)
+
+
+def _unit(vectors: Floats) -> Floats:
+    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+    return unit
 
 
 def _vertex_normals(surface: SurfaceMesh) -> Floats:
     """Unit normals (V, 3), faces weighted by area."""
     a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    area = np.cross(b - a, c - a)
-    total = np.stack(
+    area = cross(b - a, c - a)
+    total: Floats = np.stack(
         [np.bincount(surface.faces.ravel(), np.repeat(area[:, k], 3), surface.n_vertices) for k in range(3)], axis=1
     )
-    unit: Floats = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny)
-    return unit
+    return _unit(total)
 
 
 class _Problem:
@@ -291,45 +296,47 @@ class _Problem:
 
     def take(self, joints: RodJoints) -> None:
         """Reckon with these joints."""
-        self._joints = joints
-        self.weight = np.ones(len(joints.node))
+        self._joints, self._stencils = joints, find_stencils(joints)
+        stencils = [self._stencils.nodes, self.edges, self._corners.stencils]
+        self.equations = NormalEquations(stencils, np.diff(self.sites.first))
 
     @property
     def corners(self) -> FaceCorners:
         return self._corners
 
-    def terms(self, place: _Place, *, derivatives: bool) -> list[Term]:
+    def terms(self, place: _Place) -> list[Term]:
         chords = chords_of(self.edges, place.nodes)
+        bending = bending_term(
+            self._joints,
+            self._stencils,
+            place.normals,
+            chords,
+            rise=self._rise,
+            admissible=self._admissible,
+        )
+        return [bending, *self._bounds(chords, place)]
+
+    def _bounds(self, chords: Chords, place: _Place) -> list[Term]:
         return [
-            bending_term(
-                self._joints,
-                place.nodes,
-                place.normals,
-                chords,
-                rise=self._rise,
-                admissible=self._admissible,
-                weight=self.weight,
-                derivatives=derivatives,
-            ),
-            edge_term(chords, self.median, self._shortest, self._longest),
+            edge_term(chords, self.median, self._shortest, self._longest, len(place.nodes)),
             angle_term(self._corners, place.nodes, place.normals),
         ]
 
     def value(self, place: _Place) -> float:
-        return sum(term.value for term in self.terms(place, derivatives=False))
+        chords = chords_of(self.edges, place.nodes)
+        bending = bending_cost(self._joints, place.normals, chords, rise=self._rise, admissible=self._admissible)
+        return bending + sum(term.value for term in self._bounds(chords, place))
 
 
 def _descend(problem: _Problem, place: _Place) -> _Place:
     """Steps of Levenberg and Marquardt until the sum hardly falls."""
     value, damping = problem.value(place), _FIRST_DAMPING
+    equations = problem.equations
     for _ in range(_MOST_STEPS):
-        terms = problem.terms(place, derivatives=True)
-        directions = problem.sites.directions(place)
-        matrix = csr_matrix(vstack([term.matrix for term in terms]) @ directions)
-        gradient = matrix.T @ np.concatenate([term.rest for term in terms])
-        hessian = csr_matrix(matrix.T @ matrix)
+        hessian, gradient = equations.assemble(problem.terms(place), problem.sites.directions(place))
         for _try in range(_MOST_TRIES):
-            step = _solve(hessian, problem.sites.pairs, damping / problem.mean**2, -gradient)
+            step = equations.solve(hessian, damping / problem.mean**2, -gradient)
+            promised = -float(gradient @ step + step @ (hessian @ step) / 2.0)
             after = _without_harm(problem, place, problem.sites.moved(place, step))
             new = problem.value(after)
             if new < value:
@@ -338,32 +345,11 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         else:
             return place
         fell, place, value = value - new, after, new
-        damping = max(damping / 4.0, _LEAST_DAMPING)
+        easing = 4.0 if fell > _GOOD * promised else 2.0 if fell > _FAIR * promised else 0.5
+        damping = max(damping / easing, _LEAST_DAMPING)
         if fell < _ENOUGH * value:
             break
     return place
-
-
-def _solve(hessian: csr_matrix, pairs: Ints, damping: float, right: Floats) -> Floats:
-    """A step by conjugate gradients; a rough one does, for the sum is not quadratic.
-
-    The preconditioner inverts the block of each node, those of two unknowns (the first are ``pairs``) as a whole: so no
-    step depends on the directions that span the tangent planes, and a surface that is turned gives the same lattice.
-    """
-    matrix = csr_matrix(hessian + damping * identity(len(right), format="csr"))
-    diagonal, beside = matrix.diagonal(), np.zeros(len(right))
-    beside[pairs] = np.append(matrix.diagonal(1), 0.0)[pairs]
-    inverse = 1.0 / diagonal
-    determinant = diagonal[pairs] * diagonal[pairs + 1] - beside[pairs] ** 2
-    inverse[pairs], inverse[pairs + 1] = diagonal[pairs + 1] / determinant, diagonal[pairs] / determinant
-    beside[pairs] /= -determinant
-    every = np.arange(len(right))
-    rows, columns = np.concatenate([every, pairs, pairs + 1]), np.concatenate([every, pairs + 1, pairs])
-    values = np.concatenate([inverse, beside[pairs], beside[pairs]])
-    preconditioner = coo_matrix((values, (rows, columns)), shape=matrix.shape).tocsr()
-    step, _ = cg(matrix, right, rtol=_TOLERANCE, maxiter=_MOST_ITERATIONS, M=preconditioner)
-    solution: Floats = step
-    return solution
 
 
 def _without_harm(problem: _Problem, before: _Place, after: _Place) -> _Place:

@@ -11,8 +11,9 @@ even chords.  Which rod is over is not known here, so the worse case counts:
 
     curvature² = (tangential part of M)² + (|normal part of M| + v)²
 
-Each term gives its value f, and A and b with the gradient Aᵀ b and the Hessian (of the convex outer function) Aᵀ A over
-the coordinates (3N,) of the nodes.  Time and memory are linear in the number of nodes.
+Each term gives its value, its gradient over the coordinates of the nodes, and the derivatives that make up the
+Gauss-Newton Hessian (`normal_equations`).  The inverse of the system falls by 0.27 from joint to joint.  In the
+Hessian, which only steers, it reaches `REACH` joints each way, in the gradient all.  Linear in the number of nodes.
 """
 
 from __future__ import annotations
@@ -20,12 +21,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, diags, identity
-from scipy.sparse.linalg import splu
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inverted, next_in_loop
 from weavecore.geometry.matching import ALONE
 from weavecore.geometry.polygon_mesh import edges_between
+from weavecore.linking.normal_equations import Term
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_pairing import pair_darts
 
@@ -38,8 +41,8 @@ EASY, HOPELESS = 0.9, 1.5
 _EVENNESS = 0.03
 """Weight of the squared curvature everywhere, against that of what exceeds `EASY`."""
 
-_KEPT = 3e-3
-"""Entries of the inverse below this part of the diagonal are left out; they fall by 0.27 from joint to joint."""
+REACH = 2
+"""Joints on both sides by which a joint is bent, in the Hessian: those beyond count for less than 0.27³ = 2 %."""
 
 SHORTEST, LONGEST = 0.65, 1.38
 """Edge length over the median at which the bounds begin to push back."""
@@ -55,15 +58,6 @@ _ANGLE_BOUND = 8.0
 
 
 @dataclass(frozen=True, eq=False)
-class Term:
-    """Value and derivatives: gradient ``matrix.T @ rest``, Hessian ``matrix.T @ matrix`` over the coordinates (3N,)."""
-
-    value: float
-    matrix: csr_matrix
-    rest: Floats
-
-
-@dataclass(frozen=True, eq=False)
 class RodJoints:
     """The joints at which a rod goes on.
 
@@ -74,6 +68,8 @@ class RodJoints:
     edge_before, edge_after : (J,) int64
     beyond_before, beyond_after : (J,) int64
         The joint at the far end of these edges, -1 at the end of a rod.
+    order : (J,) int64
+        The joints in an order in which neighbours along a rod are one place apart, along a closed rod two at most.
     """
 
     node: Ints
@@ -83,6 +79,7 @@ class RodJoints:
     edge_after: Ints
     beyond_before: Ints
     beyond_after: Ints
+    order: Ints
 
 
 def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
@@ -108,17 +105,93 @@ def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
     one, other = one[turn <= most_turn], other[turn <= most_turn]
     at_dart = np.full(len(partner), ALONE, np.int64)
     at_dart[one] = at_dart[other] = np.arange(len(one))
-    return RodJoints(tail[one], head[one], head[other], one // 2, other // 2, at_dart[one ^ 1], at_dart[other ^ 1])
+    beyond = at_dart[one ^ 1], at_dart[other ^ 1]
+    order = _order_along_rods(*beyond)
+    return RodJoints(tail[one], head[one], head[other], one // 2, other // 2, *beyond, order)
+
+
+def _order_along_rods(beyond_before: Ints, beyond_after: Ints) -> Ints:
+    """Joints in an order of small bandwidth (Cuthill and McKee 1969): 1 for a path, 2 for a cycle."""
+    n = len(beyond_before)
+    row, column = np.tile(np.arange(n), 2), np.concatenate([beyond_before, beyond_after])
+    known = column != ALONE
+    if not known.any():
+        return np.arange(n)
+    graph = coo_matrix((np.ones(int(known.sum()), np.int8), (row[known], column[known])), shape=(n, n)).tocsr()
+    order: Ints = reverse_cuthill_mckee(graph, symmetric_mode=True).astype(np.int64)
+    return order
+
+
+@dataclass(frozen=True, eq=False)
+class Stencils:
+    """The joints before and after each along its rod, with what lies between: its stencil.
+
+    ::
+
+        nodes     0 ── 1 ── 2 ── 3 ── 4 ── 5 ── 6        of REACH = 2
+        joints         0    1    2    3    4             joint 2 is the one that is looked at
+
+    Parameters
+    ----------
+    joints : (J, 2 REACH + 1) int64
+        -1 beyond the ends of the rod.
+    is_turned : (J, 2 REACH + 1) bool
+        Whether the node before that joint is the one further along the stencil.
+    nodes : (J, 2 REACH + 3) int64
+        Beyond the ends of the rod the joint's own node.
+    """
+
+    joints: Ints
+    is_turned: Bools
+    nodes: Ints
+
+
+def find_stencils(joints: RodJoints) -> Stencils:
+    """Walk from all joints along their rods at once.
+
+    Parameters
+    ----------
+    joints : RodJoints
+
+    Returns
+    -------
+    Stencils
+    """
+    n = len(joints.node)
+    beyond, edge = (np.stack(pair, axis=1) for pair in _both_sides(joints))
+    far = np.stack([joints.before, joints.after], axis=1)
+    found = np.full((n, 2 * REACH + 1), ALONE, np.int64)
+    found[:, REACH] = np.arange(n)
+    turned = np.zeros(found.shape, bool)
+    nodes = np.repeat(joints.node[:, None], 2 * REACH + 3, axis=1)
+    for first_side, way in ((0, -1), (1, 1)):
+        at, side = np.arange(n), np.full(n, first_side)
+        for k in range(REACH + 1):
+            on = np.flatnonzero(at != ALONE)
+            nodes[on, REACH + 1 + way * (k + 1)] = far[at[on], side[on]]
+            if k == REACH:
+                break
+            came_by = edge[at[on], side[on]]
+            at[on] = beyond[at[on], side[on]]
+            on, came_by = on[at[on] != ALONE], came_by[at[on] != ALONE]
+            # On through the other side than that of arrival.
+            side[on] = np.where(edge[at[on], 0] == came_by, 1, 0)
+            found[on, REACH + way * (k + 1)] = at[on]
+            turned[on, REACH + way * (k + 1)] = side[on] != first_side
+    return Stencils(found, turned, nodes)
+
+
+def _both_sides(joints: RodJoints) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+    return (joints.beyond_before, joints.beyond_after), (joints.edge_before, joints.edge_after)
 
 
 @dataclass(frozen=True, eq=False)
 class Chords:
-    """Edges as vectors (E, 3), their lengths (E,), and the Jacobian (E, 3N) of these."""
+    """Edges as unit vectors (E, 3) with their lengths (E,)."""
 
     edges: Ints
     unit: Floats
     length: Floats
-    jacobian: csr_matrix
 
 
 def chords_of(edges: Ints, nodes: Floats) -> Chords:
@@ -136,28 +209,25 @@ def chords_of(edges: Ints, nodes: Floats) -> Chords:
     """
     a, b = edges.T
     vector = nodes[b] - nodes[a]
-    length = np.maximum(np.linalg.norm(vector, axis=1), np.finfo(float).tiny)
-    unit = vector / length[:, None]
-    rows = np.tile(np.repeat(np.arange(len(a)), 3), 2)
-    columns = np.concatenate([_coordinates(b), _coordinates(a)])
-    values = np.concatenate([unit.ravel(), -unit.ravel()])
-    jacobian = coo_matrix((values, (rows, columns)), shape=(len(a), nodes.size)).tocsr()
-    return Chords(edges, unit, length, jacobian)
+    length = np.maximum(np.sqrt(dots(vector, vector)), np.finfo(float).tiny)
+    return Chords(edges, vector / length[:, None], length)
 
 
-def _coordinates(nodes: Ints) -> Ints:
-    columns: Ints = (3 * nodes[:, None] + np.arange(3)).ravel()
-    return columns
+def _gathered(nodes: Ints, vectors: Floats, n_nodes: int) -> Floats:
+    """Sums (N, 3) of vectors (…, 3) by their nodes."""
+    flat = vectors.reshape(-1, 3)
+    sums: Floats = np.stack([np.bincount(nodes.ravel(), flat[:, k], n_nodes) for k in range(3)], axis=1)
+    return sums
 
 
-def bending_curvatures(joints: RodJoints, nodes: Floats, normals: Floats, chords: Chords, rise: float) -> Floats:
+def bending_curvatures(joints: RodJoints, normals: Floats, chords: Chords, rise: float) -> Floats:
     """Greatest curvature of the rods at each joint, undulation included; see `bending_term`.
 
     Parameters
     ----------
     joints : RodJoints
-    nodes, normals : (N, 3) float64
-        Places, and unit normals of the surface there.
+    normals : (N, 3) float64
+        Unit normals of the surface at the nodes.
     chords : Chords
     rise : float
         Height between the layers of two rods that cross; 0 where they keep to a layer.
@@ -166,55 +236,54 @@ def bending_curvatures(joints: RodJoints, nodes: Floats, normals: Floats, chords
     -------
     (J,) float64
     """
-    return _Bends(joints, nodes, normals, chords, rise).curvature
+    return _Bends(joints, normals, chords, rise).curvature
 
 
 def bending_term(
     joints: RodJoints,
-    nodes: Floats,
+    stencils: Stencils,
     normals: Floats,
     chords: Chords,
     *,
     rise: float,
     admissible: float,
-    weight: Floats,
-    derivatives: bool = True,
 ) -> Term:
     """Cost of the curvature at all joints.
 
     Parameters
     ----------
     joints : RodJoints
-    nodes, normals : (N, 3) float64
-        Places, and unit normals of the surface there.
+    stencils : Stencils
+    normals : (N, 3) float64
+        Unit normals of the surface at the nodes.
     chords : Chords
     rise : float
         Height between the layers of two rods that cross and change sides at each joint; 0 where they keep to a layer.
     admissible : float
         The greatest curvature that the material of the rod allows.
-    weight : (J,) float64
-    derivatives : bool
-        Whether more than the value is wanted.
 
     Returns
     -------
     Term
-        Without rows where only the value is wanted.
+        Its rows are the joints, its stencils those of ``stencils.nodes``.
     """
-    bends = _Bends(joints, nodes, normals, chords, rise)
+    bends = _Bends(joints, normals, chords, rise)
     ratio = bends.curvature / admissible
     value, slope, second = _cost(ratio)
-    total = float((weight * value).sum())
-    if not derivatives:
-        return Term(total, csr_matrix((0, nodes.size)), np.zeros(0))
-    # Square root of weight · [second e eᵀ + slope/ratio (1 - e eᵀ)] with e the direction of the curvature.
-    along = np.sqrt(weight * second) / admissible
-    across = np.sqrt(weight * slope / np.maximum(ratio, 1e-12)) / admissible
     e = bends.vector / np.maximum(bends.curvature, np.finfo(float).tiny)[:, None]
+    # Square root of second e eᵀ + slope/ratio (1 - e eᵀ) with e the direction of the curvature.
+    along = np.sqrt(second) / admissible
+    across = np.sqrt(slope / np.maximum(ratio, 1e-12)) / admissible
     root = (along - across)[:, None, None] * (e[:, :, None] * e[:, None, :]) + across[:, None, None] * np.eye(3)
-    matrix = _blocks(root) @ bends.jacobian()
-    rest = e * (weight * slope / admissible / along)[:, None]
-    return Term(total, csr_matrix(matrix), rest.ravel())
+    gradient = bends.pull_back(e * (slope / admissible)[:, None], len(normals))
+    blocks = np.matmul(root[:, None], bends.blocks(stencils))
+    return Term(float(value.sum()), gradient, blocks, np.arange(len(ratio)))
+
+
+def bending_cost(joints: RodJoints, normals: Floats, chords: Chords, *, rise: float, admissible: float) -> float:
+    """The value alone of `bending_term`, which names the parameters."""
+    value, _, _ = _cost(_Bends(joints, normals, chords, rise).curvature / admissible)
+    return float(value.sum())
 
 
 def _cost(ratio: Floats) -> tuple[Floats, Floats, Floats]:
@@ -229,88 +298,135 @@ def _cost(ratio: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 class _Bends:
-    """The splines through the joints: curvature vectors (J, 3) with the undulation on top, and their derivatives."""
+    """The splines through the joints: curvature vectors (J, 3) with the undulation on top, and their derivatives.
 
-    def __init__(self, joints: RodJoints, nodes: Floats, normals: Floats, chords: Chords, rise: float) -> None:
-        self._joints, self._chords, self._rise = joints, chords, rise
-        self._n_coordinates = nodes.size
+    In the derivatives frames and sides count as fixed.
+    """
+
+    def __init__(self, joints: RodJoints, normals: Floats, chords: Chords, rise: float) -> None:
+        self._joints, self._rise = joints, rise
         h = chords.length
         self._before, self._after = h[joints.edge_before], h[joints.edge_after]
         # Along the rod, whichever way the edges are listed.
         self._back = _along(chords, joints.edge_before, joints.before)
         self._forth = _along(chords, joints.edge_after, joints.node)
-        self._system = self._matrix(1.0)
-        change = self._forth - self._back
-        self._moment = _solve(self._system, change)
-        tangent = self._forth + self._back
-        tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), np.finfo(float).tiny)
-        self._normal = _orthogonal(normals[joints.node], tangent)
-        self._normal /= np.maximum(np.linalg.norm(self._normal, axis=1, keepdims=True), np.finfo(float).tiny)
+        self._system = self._factor(1.0)
+        self._moment = self._solve(self._system, self._forth - self._back)
+        tangent = _unit(self._forth + self._back)
+        self._normal = _unit(_orthogonal(normals[joints.node], tangent))
         self._tangent = tangent
         bend = _orthogonal(self._moment, tangent)
-        self._side = np.where((bend * self._normal).sum(1) < 0, -1.0, 1.0)
-        self._weave = np.zeros(len(h[joints.edge_before]))
+        self._side = np.where(dots(bend, self._normal) < 0, -1.0, 1.0)
+        self._weave = np.zeros(len(tangent))
         if rise > 0:
-            self._weave_system = self._matrix(-1.0)
-            self._weave = _solve(self._weave_system, rise * (1.0 / self._before + 1.0 / self._after))
+            self._weave_system = self._factor(-1.0)
+            self._weave = self._solve(self._weave_system, rise * (1.0 / self._before + 1.0 / self._after))
         self.vector = bend + (self._side * self._weave)[:, None] * self._normal
-        self.curvature: Floats = np.linalg.norm(self.vector, axis=1)
+        self.curvature: Floats = np.sqrt(dots(self.vector, self.vector))
 
-    def _matrix(self, sign: float) -> csr_matrix:
-        """The system of the spline, with ``sign`` times its entries off the diagonal."""
-        joints, row = self._joints, np.arange(len(self._before))
-        parts = [(row, row, (self._before + self._after) / 3.0)]
-        for beyond, length in ((joints.beyond_before, self._before), (joints.beyond_after, self._after)):
-            known = beyond != ALONE
-            parts.append((row[known], beyond[known], sign * length[known] / 6.0))
-        rows, columns, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
-        return coo_matrix((values, (rows, columns)), shape=(len(row), len(row))).tocsr()
-
-    def jacobian(self) -> csr_matrix:
-        """Derivative (3J, 3N) of the curvature vectors; frames and sides count as fixed."""
-        inverse = _banded_inverse(self._system)
-        right = self._change_jacobian() - self._chord_blocks(self._moment, 1.0) @ self._chords.jacobian
-        spline = _blocks(_projectors(self._tangent)) @ _expand(inverse) @ right
-        if self._rise == 0:
-            return csr_matrix(spline)
-        joints, row = self._joints, np.arange(len(self._before))
-        shape = (len(row), len(self._chords.length))
-        steeper = coo_matrix(
-            (
-                np.concatenate([-self._rise / self._before**2, -self._rise / self._after**2]),
-                (np.tile(row, 2), np.concatenate([joints.edge_before, joints.edge_after])),
-            ),
-            shape=shape,
-        ).tocsr()
-        by_chord = steeper - self._chord_blocks(self._weave[:, None], -1.0)
-        weave = _banded_inverse(self._weave_system) @ by_chord @ self._chords.jacobian
-        return csr_matrix(spline + _columns(self._side[:, None] * self._normal) @ weave)
-
-    def _change_jacobian(self) -> csr_matrix:
-        """Derivative (3J, 3N) of the right-hand side of the spline's system, chords on the left fixed."""
+    def _factor(self, sign: float) -> Floats:
+        """Banded Cholesky factor of the system of the spline, with ``sign`` times its entries off the diagonal."""
         joints = self._joints
-        forth = _projectors(self._forth) / self._after[:, None, None]
-        back = _projectors(self._back) / self._before[:, None, None]
-        rows = np.repeat(np.arange(3 * len(joints.node)).reshape(-1, 3), 3, axis=1).ravel()
-        parts = [(joints.after, forth), (joints.before, back), (joints.node, -(forth + back))]
-        columns = np.concatenate([np.tile(3 * node[:, None] + np.arange(3), 3).ravel() for node, _ in parts])
-        values = np.concatenate([block.ravel() for _, block in parts])
-        shape = (3 * len(joints.node), self._n_coordinates)
-        return coo_matrix((values, (np.tile(rows, 3), columns)), shape=shape).tocsr()
+        place = inverted(joints.order)
+        bands = np.zeros((3, len(place)))
+        bands[2, place] = (self._before + self._after) / 3.0
+        for beyond, length in ((joints.beyond_before, self._before), (joints.beyond_after, self._after)):
+            # The system is symmetric: each entry is met from both of its joints and written once.
+            known = np.flatnonzero((beyond != ALONE) & (place[beyond] > place))
+            far = place[beyond[known]]
+            np.add.at(bands, (2 - (far - place[known]), far), sign * length[known] / 6.0)
+        factor: Floats = cholesky_banded(bands)
+        return factor
 
-    def _chord_blocks(self, moment: Floats, sign: float) -> csr_matrix:
-        """(kJ, E) derivative of the system by the chords, times the moments (J, k)."""
-        joints, width = self._joints, moment.shape[1]
-        rows, columns, values = [], [], []
-        for edge, beyond in ((joints.edge_before, joints.beyond_before), (joints.edge_after, joints.beyond_after)):
-            far = np.where((beyond != ALONE)[:, None], moment[beyond], 0.0)
-            rows.append(np.arange(moment.size))
-            columns.append(np.repeat(edge, width))
-            values.append((moment / 3.0 + sign * far / 6.0).ravel())
-        shape = (moment.size, len(self._chords.length))
-        return coo_matrix(
-            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape
-        ).tocsr()
+    def _solve(self, factor: Floats, right: Floats) -> Floats:
+        solution = np.empty_like(right)
+        solution[self._joints.order] = cho_solve_banded((factor, False), right[self._joints.order])
+        return solution
+
+    def _by_ends(self) -> tuple[Floats, Floats]:
+        """Derivatives of the system's right-hand side less its left, moments fixed, by the nodes before and after.
+
+        (J, 2, 3, 3) for the spline, (J, 2, 3) for the undulation; by the joint's own node it is less their sum.
+        """
+        joints = self._joints
+        spline, weave = np.empty((len(self._before), 2, 3, 3)), np.zeros((len(self._before), 2, 3))
+        sides = ((-1.0, self._before, self._back), (1.0, self._after, self._forth))
+        for k, ((way, length, unit), beyond) in enumerate(zip(sides, _both_sides(joints)[0])):
+            known = beyond != ALONE
+            far = np.where(known[:, None], self._moment[beyond], 0.0)
+            by_length = self._moment / 3.0 + far / 6.0
+            projector = np.eye(3) - unit[:, :, None] * unit[:, None, :]
+            spline[:, k] = projector / length[:, None, None] - way * by_length[:, :, None] * unit[:, None, :]
+            if self._rise > 0:
+                far = np.where(known, self._weave[beyond], 0.0)
+                steeper = -self._rise / length**2 - (self._weave / 3.0 - far / 6.0)
+                weave[:, k] = way * steeper[:, None] * unit
+        return spline, weave
+
+    def pull_back(self, slopes: Floats, n_nodes: int) -> Floats:
+        """Gradient (N, 3) by the nodes of what has these slopes (J, 3) by the curvature vectors."""
+        spline, weave = self._by_ends()
+        moment = self._solve(self._system, _orthogonal(slopes, self._tangent))
+        ends = np.einsum("jkcd,jc->jkd", spline, moment)
+        if self._rise > 0:
+            ends += weave * self._solve(self._weave_system, self._side * dots(slopes, self._normal))[:, None, None]
+        joints = self._joints
+        nodes = np.stack([joints.before, joints.after, joints.node], axis=1)
+        return _gathered(nodes, np.concatenate([ends, -ends.sum(1, keepdims=True)], axis=1), n_nodes)
+
+    def blocks(self, stencils: Stencils) -> Floats:
+        """Derivatives (J, nodes, 3, 3) of the curvature vectors by the nodes of the stencils."""
+        spline, weave = self._by_ends()
+        found, rows = np.zeros((*stencils.nodes.shape, 3, 3)), np.zeros((*stencils.nodes.shape, 3))
+        share, weave_share = self._shares(stencils, 1.0), self._shares(stencils, -1.0)
+        for k in range(2 * REACH + 1):
+            at, turned = stencils.joints[:, k], stencils.is_turned[:, k].astype(np.int64)
+            near, far = (share[:, k, None, None] * spline[at, side] for side in (turned, 1 - turned))
+            _add_second_difference(found, k, near, far)
+            if self._rise > 0:
+                near, far = (weave_share[:, k, None] * weave[at, side] for side in (turned, 1 - turned))
+                _add_second_difference(rows, k, near, far)
+        projector = np.eye(3) - self._tangent[:, :, None] * self._tangent[:, None, :]
+        blocks: Floats = np.matmul(projector[:, None], found)
+        blocks += (self._side[:, None] * self._normal)[:, None, :, None] * rows[:, :, None, :]
+        return blocks
+
+    def _shares(self, stencils: Stencils, sign: float) -> Floats:
+        """Rows (J, 2 REACH + 1) of the inverse of the system, those beyond the stencil left out.
+
+        With pivots p from both ends inwards, p' = d' - o²/p, the entry at the joint is 1 / (d - Σ o²/p), and each
+        further one -o/p times the one before.
+        """
+        diagonal = (self._before + self._after)[stencils.joints] / 3.0
+        chord = np.where(stencils.is_turned, self._before[stencils.joints], self._after[stencils.joints])
+        is_joined = (stencils.joints[:, :-1] != ALONE) & (stencils.joints[:, 1:] != ALONE)
+        beside = np.where(is_joined, sign * chord[:, :-1] / 6.0, 0.0)
+        ratio, centre = np.zeros_like(diagonal), diagonal[:, REACH].copy()
+        for way in (-1, 1):
+            pivot = diagonal[:, REACH + way * REACH]
+            for k in range(REACH, 0, -1):
+                off = beside[:, REACH + (k - 1 if way > 0 else -k)]
+                ratio[:, REACH + way * k] = -off / pivot
+                inner = diagonal[:, REACH + way * (k - 1)] if k > 1 else centre
+                pivot = inner - off**2 / pivot
+            centre = pivot
+        shares = np.zeros_like(diagonal)
+        shares[:, REACH] = 1.0 / centre
+        for k in range(1, REACH + 1):
+            for at in (REACH - k, REACH + k):
+                shares[:, at] = shares[:, at + (1 if at < REACH else -1)] * ratio[:, at]
+        return shares
+
+
+def _add_second_difference(found: Floats, k: int, near: Floats, far: Floats) -> None:
+    found[:, k] += near
+    found[:, k + 2] += far
+    found[:, k + 1] -= near + far
+
+
+def _unit(vectors: Floats) -> Floats:
+    unit: Floats = vectors / np.maximum(np.sqrt(dots(vectors, vectors)), np.finfo(float).tiny)[:, None]
+    return unit
 
 
 def _along(chords: Chords, edge: Ints, start: Ints) -> Floats:
@@ -321,58 +437,11 @@ def _along(chords: Chords, edge: Ints, start: Ints) -> Floats:
 
 
 def _orthogonal(vectors: Floats, unit: Floats) -> Floats:
-    rest: Floats = vectors - (vectors * unit).sum(1, keepdims=True) * unit
+    rest: Floats = vectors - dots(vectors, unit)[:, None] * unit
     return rest
 
 
-def _projectors(unit: Floats) -> Floats:
-    """Matrices (J, 3, 3) that take out what lies along unit vectors."""
-    projectors: Floats = np.eye(3) - unit[:, :, None] * unit[:, None, :]
-    return projectors
-
-
-def _solve(matrix: csr_matrix, right: Floats) -> Floats:
-    solution: Floats = splu(matrix.tocsc()).solve(right)
-    return solution
-
-
-def _banded_inverse(matrix: csr_matrix) -> csr_matrix:
-    """The inverse of a matrix D (1 + N) with rows of |N| that sum up to a half at most, without its smallest entries.
-
-    (1 + N)⁻¹ = (1 - N) (1 + N²) (1 + N⁴) up to N⁸.
-    """
-    scale = diags(1.0 / matrix.diagonal())
-    one = identity(matrix.shape[0], format="csr")
-    off = csr_matrix(scale @ matrix - one)
-    square = csr_matrix(off @ off)
-    inverse = csr_matrix((one - off) @ (one + square) @ (one + square @ square))
-    inverse.data[np.abs(inverse.data) < _KEPT] = 0.0
-    inverse.eliminate_zeros()
-    return csr_matrix(inverse @ scale)
-
-
-def _expand(matrix: csr_matrix) -> csr_matrix:
-    """The same matrix for each of three coordinates."""
-    from scipy.sparse import kron
-
-    return csr_matrix(kron(matrix, identity(3), format="csr"))
-
-
-def _blocks(blocks: Floats) -> csr_matrix:
-    """Block diagonal matrix of (J, 3, 3)."""
-    n = len(blocks)
-    rows = np.repeat(np.arange(3 * n), 3)
-    columns = np.repeat(np.arange(3 * n).reshape(-1, 3), 3, axis=0).ravel()
-    return coo_matrix((blocks.ravel(), (rows, columns)), shape=(3 * n, 3 * n)).tocsr()
-
-
-def _columns(vectors: Floats) -> csr_matrix:
-    """(3J, J) with one vector of (J, 3) a column."""
-    n = len(vectors)
-    return coo_matrix((vectors.ravel(), (np.arange(3 * n), np.repeat(np.arange(n), 3))), shape=(3 * n, n)).tocsr()
-
-
-def edge_term(chords: Chords, median: Floats, shortest: Floats, longest: Floats) -> Term:
+def edge_term(chords: Chords, median: Floats, shortest: Floats, longest: Floats, n_nodes: int) -> Term:
     """Cost of edge lengths away from the median of their kind, small within the bounds, large beyond.
 
     Parameters
@@ -382,20 +451,22 @@ def edge_term(chords: Chords, median: Floats, shortest: Floats, longest: Floats)
         Median length of the edges of the same kind.
     shortest, longest : (E,) float64
         Bounds, over the median.
+    n_nodes : int
 
     Returns
     -------
     Term
+        Its rows are the edges, its stencils their nodes.
     """
     log = np.log(chords.length / median)
     beyond = log - np.clip(log, np.log(shortest), np.log(longest))
-    relative = csr_matrix(diags(1.0 / chords.length) @ chords.jacobian)
-    pushed = np.flatnonzero(beyond)
-    from scipy.sparse import vstack
-
-    rest = np.concatenate([_EDGE_PULL * log, _EDGE_BOUND * beyond[pushed]])
-    matrix = csr_matrix(vstack([_EDGE_PULL * relative, _EDGE_BOUND * relative[pushed]]))
-    return Term(float((rest**2).sum()) / 2.0, matrix, rest)
+    value = float((_EDGE_PULL**2 * log**2 + _EDGE_BOUND**2 * beyond**2).sum()) / 2.0
+    by_length = (_EDGE_PULL**2 * log + _EDGE_BOUND**2 * beyond) / chords.length
+    weight = np.sqrt(_EDGE_PULL**2 + _EDGE_BOUND**2 * (beyond != 0)) / chords.length
+    slopes = by_length[:, None] * chords.unit
+    gradient = _gathered(chords.edges, np.stack([-slopes, slopes], axis=1), n_nodes)
+    rows = weight[:, None] * chords.unit
+    return Term(value, gradient, np.stack([-rows, rows], axis=1)[:, :, None], np.arange(len(log)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -405,6 +476,11 @@ class FaceCorners:
     node: Ints
     before: Ints
     after: Ints
+
+    @property
+    def stencils(self) -> Ints:
+        """(C, 3) nodes before, at and after each corner."""
+        return np.stack([self.before, self.node, self.after], axis=1)
 
 
 def corners_of(lattice: Lattice) -> FaceCorners:
@@ -441,7 +517,7 @@ def corner_angles(corners: FaceCorners, nodes: Floats, normals: Floats) -> Float
         From -π/2 to 3π/2, for a face of many sides may have a corner that points inwards.
     """
     u, v = nodes[corners.after] - nodes[corners.node], nodes[corners.before] - nodes[corners.node]
-    angles = np.arctan2((np.cross(u, v) * normals[corners.node]).sum(1), (u * v).sum(1))
+    angles = np.arctan2(dots(cross(u, v), normals[corners.node]), dots(u, v))
     wrapped: Floats = np.where(angles < -np.pi / 2, angles + 2 * np.pi, angles)
     return wrapped
 
@@ -458,21 +534,20 @@ def angle_term(corners: FaceCorners, nodes: Floats, normals: Floats) -> Term:
     Returns
     -------
     Term
+        Its rows are the corners that are too sharp, its stencils those of `FaceCorners`.
     """
     short = LEAST_ANGLE - corner_angles(corners, nodes, normals)
     tight = np.flatnonzero(short > 0)
     node, before, after = (side[tight] for side in (corners.node, corners.before, corners.after))
     u, v, n = nodes[after] - nodes[node], nodes[before] - nodes[node], normals[node]
-    sine, cosine = (np.cross(u, v) * n).sum(1), (u * v).sum(1)
+    sine, cosine = dots(cross(u, v), n), dots(u, v)
     square = np.maximum(sine**2 + cosine**2, np.finfo(float).tiny)
     sine, cosine = (sine / square)[:, None], (cosine / square)[:, None]
-    by_u, by_v = cosine * np.cross(v, n) - sine * v, cosine * np.cross(n, u) - sine * u
-    values = -_ANGLE_BOUND * np.concatenate([by_u, by_v, -(by_u + by_v)])
-    columns = np.concatenate([_coordinates(part) for part in (after, before, node)])
-    rows = np.tile(np.repeat(np.arange(len(tight)), 3), 3)
-    matrix = coo_matrix((values.ravel(), (rows, columns)), shape=(len(tight), nodes.size)).tocsr()
+    by_u, by_v = cosine * cross(v, n) - sine * v, cosine * cross(n, u) - sine * u
+    rows = -_ANGLE_BOUND * np.stack([by_v, -(by_u + by_v), by_u], axis=1)
     rest = _ANGLE_BOUND * short[tight]
-    return Term(float((rest**2).sum()) / 2.0, matrix, rest)
+    gradient = _gathered(corners.stencils[tight], rest[:, None, None] * rows, len(nodes))
+    return Term(float((rest**2).sum()) / 2.0, gradient, rows[:, :, None], tight)
 
 
 def edge_of_sides(lattice: Lattice) -> tuple[Ints, Bools]:

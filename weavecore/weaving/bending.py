@@ -26,7 +26,7 @@ from importlib import resources
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots
 from weavecore.geometry.splines import cubic_curvatures, cubic_points, fit_derivatives, span_ends
 from weavecore.model.bending import Bending, Material
 from weavecore.model.rod_axes import RodAxes
@@ -34,8 +34,8 @@ from weavecore.model.rod_axes import RodAxes
 _SAMPLES_PER_SPAN = 8
 """Samples of each span, its first end included: with 16 the least radius of the samples' rods moves by under 0.5 %."""
 
-_BISECTIONS = 40
-"""Halvings of the logarithm of the diameter: 1e-9 of it at the end, from a range of 1e6 to 1."""
+_BISECTIONS = 30
+"""Halvings of the logarithm of the diameter: 1e-8 of it at the end, from a range of 1e6 to 1."""
 
 _STRAIGHT = 1e-9
 """An axis whose curvature times its length is below this is straight."""
@@ -132,20 +132,20 @@ def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diamete
         first.append(cubic_points(p, q, dp, dq, places.width, places.t)[1])
         t, width = places.t[:, None], places.width[:, None]
         second.append((6 - 12 * t) / width**2 * (q - p) + ((6 * t - 4) * dp + (6 * t - 2) * dq) / width)
+    # The squares of the speed |r'| and of |r' x r''| are polynomials in the diameter: coefficients from degree 0 on.
     turn = [
-        np.cross(first[0], second[0]),
-        np.cross(first[0], second[1]) + np.cross(first[1], second[0]),
-        np.cross(first[1], second[1]),
+        cross(first[0], second[0]),
+        cross(first[0], second[1]) + cross(first[1], second[0]),
+        cross(first[1], second[1]),
     ]
+    speed, bend = _square(first), _square(turn)
     visit = np.where(places.t < 0.5, places.start, places.stop)
     low, high = np.full(len(still), diameter * 1e-3), np.full(len(still), diameter * 1e3)
 
     def passes(trial: Floats) -> Bools:
-        d = trial[visit][:, None]
-        speed = np.linalg.norm(first[0] + d * first[1], axis=1)
-        bend = np.linalg.norm(turn[0] + d * (turn[1] + d * turn[2]), axis=1)
+        d = trial[visit]
         allowed = np.ones(len(still), bool)
-        allowed[visit[least_bend * d[:, 0] * bend > speed**3]] = False
+        allowed[visit[(least_bend * d) ** 2 * _polynomial(bend, d) > _polynomial(speed, d) ** 3]] = False
         return allowed
 
     endless = passes(high)
@@ -154,6 +154,23 @@ def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diamete
         good = passes(middle)
         low, high = np.where(good, middle, low), np.where(good, high, middle)
     return np.where(endless, np.inf, low)
+
+
+def _square(vectors: list[Floats]) -> list[Floats]:
+    """Square of the length of a polynomial with vectors (n, 3) as its coefficients, from degree 0 on."""
+    degree = len(vectors) - 1
+    found = [np.zeros(len(vectors[0])) for _ in range(2 * degree + 1)]
+    for i, one in enumerate(vectors):
+        for j, other in enumerate(vectors):
+            found[i + j] += dots(one, other)
+    return found
+
+
+def _polynomial(coefficients: list[Floats], at: Floats) -> Floats:
+    value = coefficients[-1]
+    for coefficient in coefficients[-2::-1]:
+        value = value * at + coefficient
+    return value
 
 
 @lru_cache(maxsize=1)

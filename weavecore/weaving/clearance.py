@@ -1,18 +1,21 @@
 """Clearance: whether the axes of rods are a diameter apart, at the joints and everywhere else.
 
-`find_clashes` takes all axes as straight pieces of half a diameter and compares those whose middles are near each
-other in a k-d tree: O(n log n) for n pieces.  `gaps_at_joints` is finer and looks only at the two rods of each contact,
-near their joint.
+`find_clashes` takes all axes as straight pieces of half a diameter.  Runs of pieces that may come near each other are
+found in a k-d tree and divided again and again, down to single pieces: a run of parameter length h lies within
+h² max|r''| / 8 of its chord, so pairs whose chords are further apart are left out.  O(n log n) for n runs.
+`gaps_at_joints` is finer and looks only at the two rods of each contact, near their joint.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, ranks_in_rows, rows_of
 from weavecore.geometry.closest import segment_distances
-from weavecore.geometry.splines import CurveSamples, SplineRows, cubic_points, span_ends
+from weavecore.geometry.splines import SplineRows, cubic_points, pieces_of, span_ends
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
@@ -20,8 +23,14 @@ from weavecore.model.strands import Strands
 _STEPS_PER_DIAMETER = 2
 """Straight pieces of an axis on the length of a diameter."""
 
+_SIZES = (64, 16, 4, 1)
+"""Pieces of the runs that are compared, from the first round to the last."""
+
 _OWN_REACH = 4.0
 """Along one rod, places less than so many diameters apart are neighbours and do not clash."""
+
+_LITTLE_TURN = 1.0
+"""Radians; half of them leave the two ends of four diameters of a rod three and a half diameters apart."""
 
 TOLERANCE = 0.02
 """Part of a diameter by which axes may come nearer than one diameter."""
@@ -48,31 +57,125 @@ def find_clashes(axes: RodAxes, rod_diameter: float) -> Clashes:
         Each pair of rods once, at the place where they are nearest; the nearest pair first.
     """
     least = rod_diameter * (1.0 - TOLERANCE)
-    step = rod_diameter / _STEPS_PER_DIAMETER
-    samples = axes.samples(step)
-    strand = rows_of(samples.offsets)
-    start = np.flatnonzero(np.diff(strand) == 0)
-    a, b = samples.points[start], samples.points[start + 1]
-    pairs = cKDTree((a + b) / 2.0).query_pairs(least + step, output_type="ndarray").astype(np.int64)
-    pairs = pairs[~_is_own(axes, samples, strand[start], start, pairs, _OWN_REACH * rod_diameter)]
-    distance, middle = segment_distances(a[pairs[:, 0]], b[pairs[:, 0]], a[pairs[:, 1]], b[pairs[:, 1]])
-    near = distance < least
-    owners = np.sort(strand[start][pairs[near]], axis=1)
-    order = np.lexsort([distance[near], owners[:, 1], owners[:, 0]])
+    cubics = _Cubics(axes, rod_diameter / _STEPS_PER_DIAMETER)
+    chunks = cubics.chunks(
+        np.arange(len(cubics.start)), np.zeros(len(cubics.start), np.int64), cubics.n_pieces, _SIZES[0]
+    )
+    middle = (chunks.a + chunks.b) / 2.0
+    length = np.linalg.norm(chunks.b - chunks.a, axis=1)
+    reach = least + (length + 2.0 * chunks.deviation).max(initial=0.0)
+    pairs = cKDTree(middle).query_pairs(reach, output_type="ndarray").astype(np.int64)
+    pairs = np.concatenate([pairs, np.repeat(np.arange(len(middle)), 2).reshape(-1, 2)])
+    pairs = _near_pairs(cubics, chunks, pairs, least, _OWN_REACH * rod_diameter)
+    for size in _SIZES[1:]:
+        chunks, pairs = _split(cubics, chunks, pairs, size)
+        pairs = _near_pairs(cubics, chunks, pairs, least, _OWN_REACH * rod_diameter)
+    one, other = pairs.T
+    distance, middle = segment_distances(chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other])
+    owners = np.sort(cubics.strand[chunks.cubic[pairs]], axis=1)
+    order = np.lexsort([other, one, distance, owners[:, 1], owners[:, 0]])
     _, first = np.unique(owners[order] @ (len(axes), 1), return_index=True)
     chosen = order[first]
-    chosen = chosen[np.argsort(distance[near][chosen], kind="stable")]
-    return Clashes(owners[chosen], distance[near][chosen], middle[near][chosen])
+    chosen = chosen[np.argsort(distance[chosen], kind="stable")]
+    return Clashes(owners[chosen], distance[chosen], middle[chosen])
 
 
-def _is_own(axes: RodAxes, samples: CurveSamples, strand: Ints, start: Ints, pairs: Ints, reach: float) -> Bools:
-    """Which pairs are of one rod, and near each other along it."""
+@dataclass(frozen=True, eq=False)
+class _Chunks:
+    """Runs of straight pieces of axes.
+
+    Parameters
+    ----------
+    cubic, first, last : (n,) int64
+        The cubic, its piece at which the run begins, and the one before which it ends.
+    a, b : (n, 3) float64
+        Ends.
+    deviation : (n,) float64
+        The pieces are no further than this from the straight line between the ends.
+    """
+
+    cubic: Ints
+    first: Ints
+    last: Ints
+    a: Floats
+    b: Floats
+    deviation: Floats
+
+
+class _Cubics:
+    """The cubics of all axes, each divided evenly into straight pieces no longer than a step."""
+
+    def __init__(self, axes: RodAxes, step: float) -> None:
+        rows = self._rows = axes.rows
+        self.start, self._stop, self._width = span_ends(rows.parameters, rows.offsets, axes.closed, rows.ends)
+        self.n_pieces = pieces_of(self._width, step)
+        self.strand = rows_of(rows.offsets)[self.start]
+        # The parameter is the length of the chords: near enough to arc length.
+        self._turn = np.where(axes.closed, rows.ends, np.inf)[self.strand]
+        p, q, dp, dq = self._hermite(np.arange(len(self.start)))
+        width = self._width[:, None]
+        ends = (6 * (q - p) / width - (4 * dp + 2 * dq), (2 * dp + 4 * dq) - 6 * (q - p) / width)
+        # Second derivatives are linear along a cubic, so they are greatest at its ends.
+        self._curvature = np.max([np.linalg.norm(end, axis=1) for end in ends], axis=0) / self._width
+
+    def _hermite(self, cubic: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+        a, b, rows = self.start[cubic], self._stop[cubic], self._rows
+        return rows.points[a], rows.points[b], rows.derivatives[a], rows.derivatives[b]
+
+    def chunks(self, cubic: Ints, first: Ints, last: Ints, size: int) -> _Chunks:
+        """Divide runs of pieces into runs of ``size``, the last of each may be shorter."""
+        counts = -(-(last - first) // size)
+        owner = np.repeat(np.arange(len(cubic)), counts)
+        begin = first[owner] + size * ranks_in_rows(counts)
+        end = np.minimum(begin + size, last[owner])
+        cubic = cubic[owner]
+        hermite, width, n = self._hermite(cubic), self._width[cubic], self.n_pieces[cubic]
+        a, b = (cubic_points(*hermite, width, k / n)[0] for k in (begin, end))
+        # A curve lies within h²/8 max|r''| of its chord.
+        return _Chunks(cubic, begin, end, a, b, self._curvature[cubic] * ((end - begin) / n * width) ** 2 / 8.0)
+
+    def is_own(self, chunks: _Chunks, pairs: Ints, reach: float) -> Bools:
+        """Which pairs are of one rod and cannot clash: all their pieces are neighbours, or it hardly turns on its way.
+
+        A curve that turns by less than a radian from end to end is at least cos(1/2) times as wide as it is long.
+        """
+        cubic = chunks.cubic[pairs]
+        at, part = self._rows.parameters[self.start[cubic]], self._width[cubic] / self.n_pieces[cubic]
+        begin, end = at + part * chunks.first[pairs], at + part * (chunks.last[pairs] - 1)
+        apart = end.max(1) - begin.min(1)
+        is_single = (chunks.last - chunks.first == 1)[pairs].all(1)
+        apart = np.where(is_single, np.minimum(apart, self._turn[cubic[:, 0]] - apart), apart)
+        is_hardly_bent = self._curvature[cubic].max(1) * (end.max(1) - begin.min(1)) < _LITTLE_TURN
+        is_hardly_bent &= np.abs(cubic[:, 0] - cubic[:, 1]) <= 1
+        own: Bools = (self.strand[cubic[:, 0]] == self.strand[cubic[:, 1]]) & ((apart < reach) | is_hardly_bent)
+        return own
+
+
+def _near_pairs(cubics: _Cubics, chunks: _Chunks, pairs: Ints, least: float, own_reach: float) -> Ints:
+    """The pairs of runs that may have pieces nearer than the least distance, neighbours on one rod left out."""
     one, other = pairs.T
-    apart = np.abs(samples.stations[start[one]] - samples.stations[start[other]])
-    length = axes.lengths[strand[one]]
-    apart = np.where(axes.closed[strand[one]], np.minimum(apart, length - apart), apart)
-    own: Bools = (strand[one] == strand[other]) & (apart < reach)
-    return own
+    distance, _ = segment_distances(chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other])
+    is_single = (chunks.last - chunks.first == 1)[pairs]
+    slack = np.where(is_single, 0.0, chunks.deviation[pairs]).sum(1)
+    pairs = pairs[distance < least + slack]
+    return pairs[~cubics.is_own(chunks, pairs, own_reach)]
+
+
+def _split(cubics: _Cubics, chunks: _Chunks, pairs: Ints, size: int) -> tuple[_Chunks, Ints]:
+    """Divide the runs of all pairs further, and pair the parts of one with those of the other."""
+    used, pairs = np.unique(pairs, return_inverse=True)
+    pairs = pairs.reshape(-1, 2)
+    first, last = chunks.first[used], chunks.last[used]
+    parts = cubics.chunks(chunks.cubic[used], first, last, size)
+    counts = -(-(last - first) // size)
+    begin = np.cumsum(counts) - counts
+    one, other = pairs.T
+    n = counts[one] * counts[other]
+    row, nth = np.repeat(np.arange(len(pairs)), n), ranks_in_rows(n)
+    found = np.stack(
+        [begin[one[row]] + nth // counts[other[row]], begin[other[row]] + nth % counts[other[row]]], axis=1
+    )
+    return parts, found[found[:, 0] <= found[:, 1]]
 
 
 def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: Joints, rod_diameter: float) -> Floats:
