@@ -14,7 +14,7 @@ import numpy as np
 
 from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
-from weavecore.model import SurfaceMesh
+from weavecore.model import Note, SurfaceMesh
 from weavecore.model.surface import Origins
 from weavecore.reading.choose import Names, choose_objects
 from weavecore.reading.formats.mesh_file import MESH_READERS, read_mesh_file
@@ -94,7 +94,7 @@ def read_surface(
     if guarded:
         limits = limits_for(path, time_limit=time_limit, is_fineness_asked=edge_target is not None)
         surface: SurfaceMesh = call_guarded(
-            _read_and_repair, path, cut_plane=cut_plane, limits=limits, classes=(SurfaceMesh, Origins), **options
+            _read_and_repair, path, cut_plane=cut_plane, limits=limits, classes=(SurfaceMesh, Origins, Note), **options
         )
     else:
         surface = _read_and_repair(path, cut_plane=cut_plane, **options)
