@@ -95,3 +95,73 @@ def test_a_note_keeps_eight_places_and_an_unknown_code_is_refused():
     assert len(Note("SLIT", "Slits.", {"count": 20}, np.zeros((20, 3))).points) == 8
     with pytest.raises(ValueError, match="no note"):
         Note("ODD", "Odd.")
+
+
+def strip_dome(n, m, keep):
+    """One half of a dome, n by m quads, on one side of x = 0."""
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(-1, 1, m + 1))
+    vertices = np.stack([keep * x.ravel(), y.ravel(), 0.25 * (1 - x.ravel() ** 2) * (1 - y.ravel() ** 2)], axis=1)
+    _, quads = grid(n, m)
+    return vertices * 100, triangles(quads)
+
+
+class TestStitching:
+    @pytest.mark.parametrize("other", [13, 16, 18, 24])
+    def test_a_curved_seam_divided_differently_on_its_sides_closes(self, other):
+        surface = surface_from_arrays(*together(strip_dome(6, 12, -1), strip_dome(6, other, 1)))
+        assert (len(surface.borders), surface.euler_characteristic) == (1, 1)
+        assert dict(noted(surface, "STITCHED").numbers)["count"] > 0
+
+    def test_a_vertex_on_the_edge_of_a_neighbour_leaves_no_slit(self):
+        vertices, faces = triangles_with_a_hanging_vertex()
+        surface = surface_from_arrays(vertices, faces)
+        assert len(surface.borders) == 1
+        assert noted(surface, "STITCHED").points == ((0.5, 1.0, 0.0),)
+
+    def test_a_narrow_slit_with_an_area_stays(self):
+        vertices, quads = grid(4, 4)
+        keep = np.delete(np.arange(16), [5, 6])
+        vertices[[11, 12, 13], 1] = 1.05
+        surface = surface_from_arrays(vertices, quads[keep])
+        assert len(surface.borders) == 2
+        assert "STITCHED" not in codes(surface)
+
+
+def triangles_with_a_hanging_vertex():
+    vertices = grid(1, 2)[0]
+    vertices = np.concatenate([vertices, [[0.5, 1.0, 0.0]]])
+    return vertices, np.array([[0, 1, 6], [0, 6, 2], [1, 3, 6], [2, 3, 5], [2, 5, 4]])
+
+
+class TestSheetsThatAreThereTwice:
+    @pytest.mark.parametrize("is_soup", [False, True])
+    @pytest.mark.parametrize("is_turned", [False, True])
+    def test_the_second_is_left_out_whatever_its_diagonals(self, is_soup, is_turned):
+        vertices, faces = dome()
+        quads = grid(12, 12)[1]
+        other = np.concatenate([quads[:, [0, 1, 3]], quads[:, [1, 2, 3]]])
+        both = together((vertices, faces), (vertices, other[:, ::-1] if is_turned else other))
+        surface = surface_from_arrays(*(loose(*both) if is_soup else both))
+        assert (surface.n_faces, len(surface.borders)) == (288, 1)
+        assert dict(noted(surface, "COINCIDENT").numbers)["count"] == 288
+        assert noted(surface, "COINCIDENT").is_doubt
+
+    def test_a_patch_on_a_sheet_is_left_out(self):
+        vertices, faces = dome()
+        patch = grid(5, 3)[0] * 3 + [1.3, 2.1, 0]
+        flat = vertices * [1, 1, 0]
+        surface = surface_from_arrays(*together((flat, faces), (patch, triangles(grid(5, 3)[1]))))
+        assert surface.n_faces == 288
+
+    def test_sheets_that_overlap_in_part_are_kept_and_not_joined(self):
+        vertices, quads = grid(6, 4)
+        both = together((vertices, quads), (moved(vertices, 2.4, 0, 0), quads))
+        surface = surface_from_arrays(*both)
+        assert len(surface.borders) == 2
+        assert "they are kept" in noted(surface, "COINCIDENT").text
+
+    def test_two_plates_apart_are_not_the_same(self):
+        vertices, quads = grid(6, 4)
+        assert "COINCIDENT" not in codes(
+            surface_from_arrays(*together((vertices, quads), (moved(vertices, 0, 0, 0.01), quads)))
+        )

@@ -6,10 +6,12 @@ Repaired is what does not change the shape beyond the tolerance, each repair wit
 2. split quads (`polygon_triangulation`);
 3. find vertices in the same place (the *weld map*: the least vertex in each place);
 4. drop faces without area (`slivers`) and faces that repeat others;
-5. weld almost equal vertices of borders (`border_welds`);
-6. pair edges and orient the faces alike (`orientation`);
-7. make one vertex of each fan of faces around a place, which welds and drops unused vertices;
-8. cut closed components in two (`closed_surfaces`).
+5. leave out parts that lie on others (`coincident_faces`);
+6. weld almost equal vertices of borders (`border_welds`), and insert into border edges the vertices that lie on them
+   (`border_stitches`), unless faces lie on each other;
+7. pair edges and orient the faces alike (`orientation`);
+8. make one vertex of each fan of faces around a place, which welds and drops unused vertices;
+9. cut closed components in two (`closed_surfaces`).
 
 A vertex at which two fans of faces touch is split if it was one vertex in the input; if the input has several
 vertices there, they stay apart.  Sorting makes it O(n log n) in the faces.
@@ -28,8 +30,10 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, first_equal_point, fi
 from weavecore.geometry.halfedges import next_halfedge
 from weavecore.model import Note, SurfaceMesh
 from weavecore.model.notes import at
+from weavecore.reading.border_stitches import stitch_borders
 from weavecore.reading.border_welds import tolerance_of, weld_borders
 from weavecore.reading.closed_surfaces import cut_closed_parts
+from weavecore.reading.coincident_faces import find_coincident, without_folded_pairs
 from weavecore.reading.orientation import label_fans, pair_edges, unify_orientation
 from weavecore.reading.polygon_triangulation import split_faces
 from weavecore.reading.raw import DOUBLE, SINGLE, Plane, RawMesh, counted
@@ -132,8 +136,12 @@ def repair(
         notes.append(Note("DROPPED", f"Dropped {counted(n_dropped, 'face')} without area.", {"count": n_dropped}))
     faces, ids = _drop_repeated(faces, ids, weld, notes)
     reach = tolerance_of(vertices, faces, raw.tolerance) if weld_distance is None else weld_distance
-    faces, ids, weld = _close_borders(vertices, faces, ids, weld, reach, notes)
+    faces, ids, lies = _drop_coincident(vertices, faces, ids, weld, reach, notes)
+    if not lies.any():  # Sheets on each other must not be welded at their rims.
+        faces, ids, weld = _close_borders(vertices, faces, ids, weld, reach, notes)
+        lies = np.zeros(len(faces), bool)
     partner, non_manifold = pair_edges(faces, weld)
+    partner = without_folded_pairs(partner, faces, lies) if lies.any() else partner
     if len(non_manifold):
         raise _non_manifold_error(vertices, faces, ids, non_manifold)
     reversals = unify_orientation(vertices, faces, weld, partner, ids)
@@ -162,7 +170,32 @@ def _close_borders(
         weld = welding.weld
         keep = has_three_places(faces, weld)
         faces, ids = faces[keep], ids[keep]
-    return faces, ids, weld
+    stitches = stitch_borders(vertices, faces, weld, reach)
+    if len(stitches.where):
+        where = vertices[stitches.where]
+        text = f"Inserted {counted(len(where), 'vertex')} into border edges that they lie on, first at {at(where[0])}."
+        notes.append(Note("STITCHED", text, {"count": len(where)}, where))
+    return stitches.faces, ids[stitches.row], weld
+
+
+def _drop_coincident(
+    vertices: Floats, faces: Ints, ids: Ints, weld: Ints, reach: float, notes: list[Note]
+) -> tuple[Ints, Ints, Bools]:
+    """Leave out parts that lie on others; what is left, and which of it lies on other faces."""
+    found = find_coincident(vertices, faces, weld, reach)
+    left = ~found.left_out
+    middle = vertices[faces].mean(1)
+    if found.left_out.any():
+        n, where = int(found.left_out.sum()), middle[found.left_out]
+        text = f"Left out {counted(n, 'face')} that lie on others, first at {at(where[0])}: the surface is there twice."
+        notes.append(Note("COINCIDENT", text, {"count": n}, where))
+    if found.lies.any():
+        n, where = int(found.lies.sum()), middle[found.lies]
+        text = (
+            f"{counted(n, 'face')} lie on other faces, first at {at(where[0])}; they are kept, and not joined to them."
+        )
+        notes.append(Note("COINCIDENT", text, {"count": n}, where))
+    return faces[left], ids[left], found.lies[left]
 
 
 def _drop_repeated(faces: Ints, ids: Ints, weld: Ints, notes: list[Note]) -> tuple[Ints, Ints]:

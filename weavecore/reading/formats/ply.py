@@ -1,8 +1,8 @@
 """Polygon file format .ply, as text or binary, with faces of any number of corners.
 
 A header lists *elements* (vertex, face, tristrips, …) with their counts and *properties*; a property is one
-number, or a list with its length before it.  The body has the elements in that order.  Binary elements whose lists all have one length
-are read as a table; others are walked through one by one.  Linear in the bytes.
+number, or a list with its length before it.  The body has the elements in that order.  Binary elements whose lists
+all have one length are read as a table; others are walked through one by one.  Linear in the bytes.
 """
 
 from __future__ import annotations
