@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from raw_meshes import grid, loose, moved, together, triangles
-from weavecore.errors import TooFarFromOrigin
+from weavecore.errors import Degenerate, Doubtful, NoSurface, TooFarFromOrigin
 from weavecore.model.notes import Note
-from weavecore.reading import surface_from_arrays
+from weavecore.pipeline import refuse_doubts
+from weavecore.reading import read_surface, surface_from_arrays
+from weavecore.reading.raw import RawMesh, RepairOptions
+from weavecore.reading.repair import repair
+from weavecore.reading.thickness import note_thickness
 
 
 def codes(surface):
@@ -165,3 +169,89 @@ class TestSheetsThatAreThereTwice:
         assert "COINCIDENT" not in codes(
             surface_from_arrays(*together((vertices, quads), (moved(vertices, 0, 0, 0.01), quads)))
         )
+
+
+def thick_dome(thickness):
+    """A dome as a solid with sharp edges at its rim."""
+    vertices, faces = dome()
+    n = len(vertices)
+    loop = next(iter(surface_from_arrays(vertices, faces).borders))
+    after = np.roll(loop, -1)
+    rim = np.concatenate([np.stack([after, loop, loop + n], 1), np.stack([after, loop + n, after + n], 1)])
+    return np.concatenate([vertices, vertices - [0, 0, thickness]]), np.concatenate([faces, faces[:, ::-1] + n, rim])
+
+
+class TestPieces:
+    def test_scraps_are_a_doubt_and_the_largest_piece_can_be_taken(self):
+        vertices, faces = dome()
+        both = together((vertices, faces), (np.eye(3) + 200, np.array([[0, 1, 2]])))
+        assert noted(surface_from_arrays(*both), "SCRAPS").is_doubt
+        surface = repair(RawMesh(*both), options=RepairOptions(is_largest_only=True))
+        assert (surface.n_faces, codes(surface)) == (288, ["LEFT_OUT"])
+
+    def test_a_hole_up_to_the_length_is_filled_and_the_outer_border_stays(self):
+        vertices, faces = dome()
+        raw = RawMesh(vertices, np.delete(faces, [42, 66, 100], axis=0))
+        assert len(repair(raw).borders) == 4
+        surface = repair(raw, options=RepairOptions(fill_holes=1e9))
+        assert (len(surface.borders), surface.euler_characteristic) == (1, 1)
+        assert noted(surface, "FILLED").points
+
+    def test_a_slit_is_a_doubt(self):
+        vertices, quads = grid(8, 8)
+        vertices = np.concatenate([vertices, vertices[[40]] + [0, 1e-3, 0]])
+        upper = np.flatnonzero(vertices[quads].mean(1)[:, 1] > 4)
+        quads[upper] = np.where(quads[upper] == 40, 81, quads[upper])
+        surface = repair(RawMesh(vertices, quads), options=RepairOptions(weld=1e-9))
+        assert dict(noted(surface, "SLIT").numbers)["count"] == 1
+        assert len(repair(RawMesh(vertices, quads), options=RepairOptions(weld=0.01)).borders) == 1
+
+
+class TestThickness:
+    def test_a_thin_solid_is_noted_with_its_thickness_and_its_outer_side_can_be_taken(self):
+        vertices, faces = thick_dome(2.0)
+        surface = note_thickness(surface_from_arrays(vertices, faces), 10.0)
+        assert dict(noted(surface, "THIN").numbers)["median"] == pytest.approx(2.0, rel=0.15)
+        outer = repair(RawMesh(vertices, faces), options=RepairOptions(side="outer"))
+        assert (outer.n_faces, len(outer.borders)) == (288, 1)
+
+    def test_a_solid_thicker_than_the_spacing_is_not_noted(self):
+        surface = surface_from_arrays(*thick_dome(40.0))
+        assert note_thickness(surface, 5.0) is surface
+
+    def test_a_sheet_has_no_outer_side(self):
+        with pytest.raises(Degenerate):
+            repair(RawMesh(*dome()), options=RepairOptions(side="outer"))
+
+    def test_a_tube_narrower_than_the_spacing_is_coarse_with_the_spacing_that_would_do(self):
+        turn, along = np.meshgrid(2 * np.pi * np.arange(24) / 24, np.linspace(0, 100, 41))
+        radius = np.where(np.abs(along - 50) < 15, 2.0, 30.0)
+        vertices = np.stack([radius * np.cos(turn), radius * np.sin(turn), along], -1).reshape(-1, 3)
+        row, column = np.divmod(np.arange(40 * 24), 24)
+        after = row * 24 + (column + 1) % 24
+        here = row * 24 + column
+        quads = np.stack([here, after, after + 24, here + 24], 1)
+        note = noted(note_thickness(surface_from_arrays(vertices, quads), 8.0), "COARSE")
+        assert dict(note.numbers)["spacing_that_would_do"] <= 4.1
+
+
+def test_parts_of_an_obj_are_taken_by_object_or_group(tmp_path):
+    path = tmp_path / "two.obj"
+    sheet = "v 0 0 {0}\nv 1 0 {0}\nv 1 1 {0}\nv 0 1 {0}\n"
+    path.write_text(
+        "o roof\n" + sheet.format(0) + "f 1 2 3 4 # above\no chair\ng seat\n" + sheet.format(5) + "f 5 6 7\nf 5 7 8\n"
+    )
+    assert read_surface(path).n_faces == 4
+    assert read_surface(path, object="roof").vertices[:, 2].max() == 0
+    assert read_surface(path, object="seat").vertices[:, 2].min() == 5
+    with pytest.raises(NoSurface) as refused:
+        read_surface(path, object="table")
+    assert refused.value.ids == ("roof", "chair", "seat")
+    assert read_surface(path, object="roof", guarded=True).n_vertices == 4
+
+
+def test_doubts_are_refused_where_that_is_asked_for():
+    surface = surface_from_arrays(*together(dome(), (np.eye(3) + 200, np.array([[0, 1, 2]]))))
+    with pytest.raises(Doubtful, match="SCRAPS"):
+        refuse_doubts(surface)
+    refuse_doubts(surface_from_arrays(*dome()))

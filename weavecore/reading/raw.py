@@ -67,6 +67,29 @@ class RawMesh:
     part_of_face: Optional[Ints] = None
 
 
+@dataclass(frozen=True)
+class RepairOptions:
+    """What is to be repaired or left out beyond the usual.
+
+    Parameters
+    ----------
+    weld : float, optional
+        Vertices of borders that are no further apart are welded; by default the file's tolerance, or a millionth of the
+        size.
+    fill_holes : float, optional
+        Borders up to this length are closed.
+    is_largest_only : bool
+        Whether only the piece with the largest area is taken.
+    side : str, optional
+        ``"outer"``: only the outer side of a thin solid is taken.
+    """
+
+    weld: Optional[float] = None
+    fill_holes: Optional[float] = None
+    is_largest_only: bool = False
+    side: Optional[str] = None
+
+
 def is_array_mesh(geometry: Any) -> bool:
     """Whether an object has vertices and faces as arrays, as a trimesh.Trimesh and a `SurfaceMesh` do.
 

@@ -35,9 +35,11 @@ from weavecore.reading.border_welds import tolerance_of, weld_borders
 from weavecore.reading.closed_surfaces import cut_closed_parts
 from weavecore.reading.coincident_faces import find_coincident, without_folded_pairs
 from weavecore.reading.orientation import label_fans, pair_edges, unify_orientation
+from weavecore.reading.pieces import fill_holes, keep_largest, note_pieces
 from weavecore.reading.polygon_triangulation import split_faces
-from weavecore.reading.raw import DOUBLE, SINGLE, Plane, RawMesh, counted
+from weavecore.reading.raw import DOUBLE, SINGLE, Plane, RawMesh, RepairOptions, counted
 from weavecore.reading.slivers import drop_slivers, has_three_places
+from weavecore.reading.thickness import keep_outer_side
 
 _LARGEST, _SMALLEST = 1e50, 1e-50
 """Coordinates and extents beyond these overflow or vanish in squared areas and volumes (1e50 to the sixth is
@@ -98,7 +100,7 @@ def repair(
     raw: RawMesh,
     *,
     cut_plane: Optional[Plane] = None,
-    weld_distance: Optional[float] = None,
+    options: RepairOptions = RepairOptions(),  # noqa: B008 - frozen
     is_cut: bool = True,
 ) -> SurfaceMesh:
     """Make the `SurfaceMesh` of a `RawMesh`.
@@ -108,8 +110,8 @@ def repair(
     raw : RawMesh
     cut_plane : (point, normal), optional
         As in `surface_from_arrays`.
-    weld_distance : float, optional
-        Vertices of borders that are no further apart are welded; by default as `tolerance_of` finds it.
+    options : RepairOptions, optional
+        What is to be repaired or left out beyond the usual; lengths in the unit of the mesh.
     is_cut : bool
         Whether closed components are cut in two.
 
@@ -135,7 +137,7 @@ def repair(
     if n_dropped:
         notes.append(Note("DROPPED", f"Dropped {counted(n_dropped, 'face')} without area.", {"count": n_dropped}))
     faces, ids = _drop_repeated(faces, ids, weld, notes)
-    reach = tolerance_of(vertices, faces, raw.tolerance) if weld_distance is None else weld_distance
+    reach = tolerance_of(vertices, faces, raw.tolerance) if options.weld is None else options.weld
     faces, ids, lies = _drop_coincident(vertices, faces, ids, weld, reach, notes)
     if not lies.any():  # Sheets on each other must not be welded at their rims.
         faces, ids, weld = _close_borders(vertices, faces, ids, weld, reach, notes)
@@ -155,7 +157,19 @@ def repair(
         text = f"By its edges the object has {n_expected} borders, and its mesh has {n_borders}."
         note = Note("BORDERS", text, {"expected": float(n_expected or 0), "found": n_borders})
         surface = replace(surface, notes=(*surface.notes, note))
+    surface = _with_options(surface, options)
     return cut_closed_parts(surface, plane=cut_plane) if is_cut else surface
+
+
+def _with_options(surface: SurfaceMesh, options: RepairOptions) -> SurfaceMesh:
+    """What was asked for is left out and filled; what else may not be meant is noted."""
+    if options.is_largest_only:
+        surface = keep_largest(surface)
+    if options.side is not None:
+        surface = keep_outer_side(surface)
+    if options.fill_holes is not None:
+        surface = fill_holes(surface, options.fill_holes)
+    return note_pieces(surface)
 
 
 def _close_borders(
