@@ -141,6 +141,12 @@ class NotWritten(WeaveError, OSError):
     code = "NOT_WRITTEN"
 
 
+class Doubtful(WeaveError, ValueError):
+    """The input or the result has notes of doubts, and doubts were to be refused."""
+
+    code = "DOUBTFUL"
+
+
 class Broken(WeaveError, ValueError):
     """A result breaks an invariant that it promises; `weavecore.validate` found it."""
 

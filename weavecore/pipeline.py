@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
-from weavecore.errors import Unsupported
+import numpy as np
+
+from weavecore.errors import Doubtful, Unsupported
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
@@ -27,6 +29,7 @@ from weavecore.offsetting.sources import start_at
 from weavecore.offsetting.spacing import Spacing, suggest_spacing
 from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
 from weavecore.reading.formats.result_json import read_weave
+from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.simulate import SEGMENTS, simulate_weave
 from weavecore.units import millimetres_in
@@ -57,6 +60,7 @@ __all__ = [
     "read_curves",
     "read_result",
     "read_surface",
+    "refuse_doubts",
     "simulate",
     "spacing_for_edges",
     "start_at",
@@ -115,7 +119,30 @@ def offset(
     points = None if curves is None else curves_from(curves, tolerance=surface.tolerance)
     started = start_at(surface, borders=borders, curves=points)
     wanted = suggest_spacing(started) if spacing is None else spacing
+    least = float(np.min(wanted))
+    if np.isfinite(least) and least > 0:  # Else the method refuses it.
+        started = note_thickness(started, least)
     return METHODS[method](started, spacing=wanted, progress=progress)
+
+
+def refuse_doubts(surface: SurfaceMesh) -> None:
+    """Raise where something about a surface is doubted.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        With its notes; that of a result has those of the later stages too.
+
+    Raises
+    ------
+    Doubtful
+    """
+    doubts = [note for note in surface.notes if note.is_doubt]
+    if doubts:
+        raise Doubtful(
+            " ".join(f"{note.code}: {note.text}" for note in doubts),
+            remedy="Repair the input, or weave it without strict.",
+        )
 
 
 def link(

@@ -35,7 +35,7 @@ def strict_schema() -> Draft202012Validator:
             return part
         closed = {key: close(value) for key, value in part.items()}
         # Conditions name keys without describing them.
-        return {**closed, "additionalProperties": False} if closed.get("type") == "object" else closed
+        return {"additionalProperties": False, **closed} if closed.get("type") == "object" else closed
 
     return Draft202012Validator(close(result_schema()))
 

@@ -9,6 +9,7 @@ from raw_meshes import area, ball, grid, together, torus, triangles, volume
 from weavecore.errors import Degenerate
 from weavecore.geometry.halfedges import components
 from weavecore.model import SurfaceMesh
+from weavecore.model.notes import texts_of
 from weavecore.reading import surface_from_arrays
 
 
@@ -173,7 +174,7 @@ class TestByItself:
         assert len(surface.cuts) == 2
         assert len(surface.borders) == 1
         assert not np.isin(np.concatenate(surface.cuts), surface.borders[0]).any()
-        assert "Cut 2 closed parts in two along 2 loops." in surface.mendings
+        assert "Cut 2 closed parts in two along 2 loops." in texts_of(surface.notes)
 
     def test_the_coarsest_bodies_are_cut(self):
         tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
@@ -198,4 +199,4 @@ class TestByItself:
     def test_a_plane_for_an_open_surface_is_told_to_be_of_no_use(self):
         surface = surface_from_arrays(*grid(), cut_plane=([2, 0, 0], [1, 0, 0]))
         assert surface.cuts == ()
-        assert "The cutting plane was not used" in " ".join(surface.mendings)
+        assert "The cutting plane was not used" in " ".join(texts_of(surface.notes))

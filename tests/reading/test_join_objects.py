@@ -10,6 +10,7 @@ import pytest
 
 import rhino_shapes as make
 from weavecore.errors import AmbiguousSurface, NoSurface
+from weavecore.model.notes import texts_of
 from weavecore.reading import read_surface
 
 r = pytest.importorskip("rhino3dm")
@@ -60,7 +61,7 @@ def shell(tmp_path: Path) -> Path:
 def test_the_objects_of_a_layer_are_joined_where_their_edges_coincide(shell):
     surface = read_surface(shell, layer="Shell")
     assert (len(surface.borders), surface.euler_characteristic) == (1, 1)
-    assert surface.mendings[0] == "Joined 3 objects where their edges coincide."
+    assert texts_of(surface.notes)[0] == "Joined 3 objects where their edges coincide."
     assert np.ptp(surface.vertices, axis=0) == pytest.approx([1, 1, 1])
     assert surface.name == "floor, wall, roof"
 
@@ -145,7 +146,7 @@ def test_meshes_surfaces_and_solids_of_a_layer_are_joined(tmp_path):
 def test_what_is_joined_is_read_in_a_process_of_its_own_alike(shell):
     plain, guarded = read_surface(shell, layer="Shell"), read_surface(shell, layer="Shell", guarded=True)
     assert plain.vertices.tobytes() == guarded.vertices.tobytes()
-    assert plain.mendings == guarded.mendings
+    assert plain.notes == guarded.notes
     assert not guarded.vertices.flags.writeable
 
 

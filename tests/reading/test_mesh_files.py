@@ -8,6 +8,7 @@ import pytest
 
 from raw_meshes import area, ball, grid, moved, triangles
 from weavecore.errors import BadIndex, NonFinite, NoSurface, TooMuchWork, Unreadable, Unsupported, WeaveError
+from weavecore.model.notes import texts_of
 from weavecore.reading import inspect_file, read_surface
 from weavecore.reading.formats import mesh_file
 
@@ -115,7 +116,7 @@ class TestObj:
         assert surface.n_faces == 8
         assert (surface.face_normals[:, 2] > 0).all()
         assert area(surface.vertices, surface.faces) == pytest.approx(10 * np.sin(np.pi / 5))
-        assert "Split 1 face with more than four corners into triangles." in surface.mendings
+        assert "Split 1 face with more than four corners into triangles." in texts_of(surface.notes)
 
     def test_no_ear_covers_what_lies_outside(self, put):
         bracket = [(0, 0), (6, 0), (6, 6), (0, 6), (0, 5), (5, 5), (5, 1), (0, 1)]
@@ -157,7 +158,7 @@ class TestObj:
 
     def test_lines_among_the_faces_are_dropped_and_told(self, put):
         surface = read_surface(put("a.obj", obj() + "f 1 2\n"))
-        assert "Dropped 1 face with less than three corners." in surface.mendings
+        assert "Dropped 1 face with less than three corners." in texts_of(surface.notes)
 
 
 class TestOff:

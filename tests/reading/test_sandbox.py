@@ -239,7 +239,7 @@ def test_a_file_is_read_and_looked_at_in_a_process_of_its_own(tmp_path):
     guarded, plain = read_surface(path, guarded=True), read_surface(path)
     assert np.array_equal(guarded.vertices, plain.vertices)
     assert np.array_equal(guarded.faces, plain.faces)
-    assert guarded.mendings == plain.mendings
+    assert guarded.notes == plain.notes
     assert inspect_file(path, guarded=True) == inspect_file(path)
 
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from weavecore.errors import BadIndex
-from weavecore.model import Origins, SurfaceMesh
+from weavecore.model import Note, Origins, SurfaceMesh
 from weavecore.reading.sandbox_messages import BEGIN, MOST_TEXT, Malformed, decode, receive, send, skip_to_messages
 from weavecore.units import Length
 
@@ -68,17 +68,18 @@ def test_arrays_arrive_to_the_last_bit(array: np.ndarray) -> None:
 def test_a_surface_arrives_whole_and_checked() -> None:
     vertices, faces = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)]
     starts = Origins((np.array([0, 1, 2]),), np.array([False]))
-    surface = SurfaceMesh(vertices, faces, "Meters", 0.01, name="Shell", mendings=("Split a quad.",), starts=starts)
-    arrived = received(sent(surface), SurfaceMesh, Origins)
+    notes = (Note("SPLIT", "Split a vertex.", {"count": 1}, [(0, 1, 2)]),)
+    surface = SurfaceMesh(vertices, faces, "Meters", 0.01, name="Shell", notes=notes, starts=starts)
+    arrived = received(sent(surface), SurfaceMesh, Origins, Note)
     assert arrived.vertices.tobytes() == surface.vertices.tobytes()
     assert arrived.faces.tobytes() == surface.faces.tobytes()
     assert (arrived.unit, arrived.tolerance, arrived.name) == ("Meters", 0.01, "Shell")
-    assert arrived.mendings == surface.mendings
+    assert arrived.notes == surface.notes
     assert arrived.starts.paths[0].tolist() == [0, 1, 2]
     assert not arrived.vertices.flags.writeable
     wrong = sent(surface).replace(np.array([0, 2, 3]).tobytes(), np.array([0, 2, 9]).tobytes())
     with pytest.raises(BadIndex):
-        received(wrong, SurfaceMesh, Origins)
+        received(wrong, SurfaceMesh, Origins, Note)
 
 
 def test_a_class_that_is_not_accepted_is_not_made() -> None:

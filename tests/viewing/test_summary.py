@@ -7,15 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from weavecore.model import Note
 from weavecore.viewing.summary import describe_latitudes, describe_lattice, describe_surface, regular_share
 from woven_tube import COLUMNS, tube_latitudes, tube_lattice, tube_strands, tube_surface
 
 
 def test_the_figures_are_those_of_the_result() -> None:
-    surface = replace(tube_surface(), name="Tube", mendings=("Welded 2 vertices.",))
+    surface = replace(tube_surface(), name="Tube", notes=(Note("WELDED", "Welded 2 vertices."),))
     assert describe_surface(surface) == [
         ("surface", "Tube: 48 faces, 2 borders"),
-        ("mended", "Welded 2 vertices."),
+        ("note", "WELDED: Welded 2 vertices."),
     ]
     lines = dict(describe_latitudes(tube_latitudes()))
     assert lines["spacing"] == "1 m"

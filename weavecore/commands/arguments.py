@@ -186,6 +186,28 @@ def known_method(name: str) -> str:
     return name
 
 
+def known_side(name: Optional[str]) -> Optional[str]:
+    """Check the name of a side.
+
+    Parameters
+    ----------
+    name : str or None
+
+    Returns
+    -------
+    str or None
+        The name.
+
+    Raises
+    ------
+    typer.BadParameter
+        Where there is no side of that name.
+    """
+    if name not in (None, "outer"):
+        raise typer.BadParameter(f"{name!r} is not outer")
+    return name
+
+
 Input = Annotated[Path, typer.Argument(metavar="INPUT", help="A .3dm, .obj, .ply, .stl or .off file.")]
 LayerNames = Annotated[
     Optional[list[str]],
@@ -236,5 +258,25 @@ CurveNames = Annotated[
         "one in the file, or a .3dm with one curve, or a .csv, .txt or .xyz of points; may be given several times.",
     ),
 ]
+Weld = Annotated[
+    Optional[Length],
+    typer.Option(
+        "--weld",
+        parser=length,
+        metavar="LENGTH",
+        help="Weld vertices of borders that are no further apart; by default the file's tolerance, or a millionth of "
+        "the size.",
+    ),
+]
+FillHoles = Annotated[
+    Optional[Length],
+    typer.Option("--fill-holes", parser=length, metavar="LENGTH", help="Close borders up to this length."),
+]
+Largest = Annotated[bool, typer.Option("--largest", help="Take only the piece with the largest area.")]
+Side = Annotated[
+    Optional[str],
+    typer.Option("--side", metavar="outer", callback=known_side, help="Take only the outer side of a thin solid."),
+]
+Strict = Annotated[bool, typer.Option("--strict", help="Refuse what would only be noted as a doubt.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]

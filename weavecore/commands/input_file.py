@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Optional, Union
 
@@ -20,6 +21,27 @@ if TYPE_CHECKING:
 Lines = list[tuple[str, str]]
 
 
+@dataclass(frozen=True)
+class Repairs:
+    """What is repaired or left out beyond the usual, as `weavecore.read_surface` takes it."""
+
+    weld: Optional[Length] = None
+    fill_holes: Optional[Length] = None
+    largest: bool = False
+    side: Optional[str] = None
+    strict: bool = False
+
+    def parameters(self, unit: str) -> dict[str, object]:
+        """What differs from the usual, as it is recorded in the output."""
+        lengths = {"weld": self.weld, "fill_holes": self.fill_holes}
+        found: dict[str, object] = {key: length.in_unit(unit) for key, length in lengths.items() if length is not None}
+        if self.largest:
+            found["largest"] = True
+        if self.side is not None:
+            found["side"] = self.side
+        return found
+
+
 def read_input(
     path: Path,
     *,
@@ -30,6 +52,7 @@ def read_input(
     spacing: Optional[Length] = None,
     time_limit: Optional[float] = None,
     progress: Optional[Callable[[float, str], None]] = None,
+    repairs: Optional[Repairs] = None,
 ) -> SurfaceMesh:
     """Read the surface of a file in a child process, and print its warnings in one line each.
 
@@ -48,6 +71,8 @@ def read_input(
         In seconds.
     progress : callable, optional
         Called with a fraction and a label.
+    repairs : Repairs, optional
+        What is repaired or left out beyond the usual.
 
     Returns
     -------
@@ -56,9 +81,11 @@ def read_input(
     Raises
     ------
     WeaveError
-        As `weavecore.read_surface`.
+        As `weavecore.read_surface`; `Doubtful` where doubts are to be refused.
     """
     from weavecore import pipeline
+
+    repairs = repairs or Repairs()
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
@@ -73,7 +100,13 @@ def read_input(
             guarded=True,
             time_limit=time_limit,
             progress=progress,
+            weld=repairs.weld,
+            fill_holes=repairs.fill_holes,
+            largest=repairs.largest,
+            side=repairs.side,
         )
+    if repairs.strict:
+        pipeline.refuse_doubts(surface)
     for warning in caught:
         typer.echo(f"weavecore: warning: {UnitUnknown.code}: {warning.message}", err=True)
     return surface

@@ -5,8 +5,21 @@ from typing import Annotated
 
 import typer
 
-from weavecore.commands.arguments import EdgeTarget, Input, LayerNames, ObjectNames, Overwrite, Quiet, TimeLimit
-from weavecore.commands.input_file import describe_input, read_input, written_line
+from weavecore.commands.arguments import (
+    EdgeTarget,
+    FillHoles,
+    Input,
+    Largest,
+    LayerNames,
+    ObjectNames,
+    Overwrite,
+    Quiet,
+    Side,
+    Strict,
+    TimeLimit,
+    Weld,
+)
+from weavecore.commands.input_file import Repairs, describe_input, read_input, written_line
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -17,10 +30,16 @@ def mesh(
     object_name: ObjectNames = None,
     edge_target: EdgeTarget = None,
     time_limit: TimeLimit = None,
+    weld: Weld = None,
+    fill_holes: FillHoles = None,
+    largest: Largest = False,
+    side: Side = None,
+    strict: Strict = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
     """Write the triangle mesh that weave would use."""
+    repairs = Repairs(weld, fill_holes, largest, side, strict)
     with progress_bar(quiet=quiet) as show_progress:
         from weavecore import pipeline
 
@@ -33,8 +52,10 @@ def mesh(
             edge_target=edge_target,
             time_limit=time_limit,
             progress=part_of(show_progress, 0.0, 0.7),
+            repairs=repairs,
         )
         parameters = describe_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
+        parameters.update(repairs.parameters(surface.unit))
         pipeline.export_together(
             surface, [out], overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.7, 1.0)
         )

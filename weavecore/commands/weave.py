@@ -12,12 +12,17 @@ from weavecore.commands.arguments import (
     CurveNames,
     CutPlane,
     EdgeTarget,
+    FillHoles,
     Input,
+    Largest,
     LayerNames,
     ObjectNames,
     Overwrite,
     Quiet,
+    Side,
+    Strict,
     TimeLimit,
+    Weld,
     ends_with,
     known_material,
     known_method,
@@ -26,7 +31,7 @@ from weavecore.commands.arguments import (
     length,
     lengths,
 )
-from weavecore.commands.input_file import curves_of, describe_input, read_input, written_line
+from weavecore.commands.input_file import Repairs, curves_of, describe_input, read_input, written_line
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
@@ -102,6 +107,11 @@ def weave(
     cut_plane: CutPlane = None,
     borders: Borders = None,
     curve: CurveNames = None,
+    weld: Weld = None,
+    fill_holes: FillHoles = None,
+    largest: Largest = False,
+    side: Side = None,
+    strict: Strict = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -110,6 +120,7 @@ def weave(
     Lengths are in the file's own unit, or in the one that is written after them.
     """
     targets = [path for path in (out, json, picture) if path is not None]
+    repairs = Repairs(weld, fill_holes, largest, side, strict)
     with progress_bar(quiet=quiet) as show_progress:
         from weavecore import pipeline
 
@@ -126,6 +137,7 @@ def weave(
             spacing=spacing.least if spacing else None,
             time_limit=time_limit,
             progress=part_of(show_progress, 0.0, 0.1),
+            repairs=repairs,
         )
         surface = pipeline.start_at(
             surface,
@@ -138,6 +150,8 @@ def weave(
             method=method,
             progress=part_of(show_progress, 0.1, 0.5),
         )
+        if strict:
+            pipeline.refuse_doubts(latitudes.surface)
         edge_length = edge.in_unit(surface.unit) if edge else None
         lattice = pipeline.link(
             latitudes,
@@ -154,13 +168,10 @@ def weave(
             progress=part_of(show_progress, 0.7, 0.85),
         )
         parameters = describe_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
-        parameters["method"] = method
-        if cut_plane:
-            parameters["cut_plane"] = cut_plane.numbers
-        if borders:
-            parameters["borders"] = borders.values
-        if curve:
-            parameters["curves"] = curve
+        parameters |= {"method": method, **repairs.parameters(surface.unit)}
+        parameters |= {"cut_plane": cut_plane.numbers} if cut_plane else {}
+        parameters |= {"borders": borders.values} if borders else {}
+        parameters |= {"curves": curve} if curve else {}
         pipeline.export_together(
             woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.85, 1.0)
         )

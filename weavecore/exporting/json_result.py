@@ -15,7 +15,7 @@ import numpy as np
 
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.geometry.splines import DEGREE
-from weavecore.model import FAMILIES, Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model import FAMILIES, Equilibrium, Latitudes, Lattice, Note, Strands, SurfaceMesh, Weave
 
 FORMAT, VERSION = "weavecore", 1
 """Keys ``format`` and ``version``; the version rises when a key changes its meaning."""
@@ -51,6 +51,7 @@ def encode_json(product: Product) -> bytes:
         "unit": product.surface.unit,
         "tolerance": product.surface.tolerance,
         "parameters": dict(product.parameters),
+        "notes": [_note(note) for note in product.surface.notes],
         "surface": _surface(product.surface),
     }
     if product.latitudes is not None:
@@ -71,10 +72,19 @@ def encode_json(product: Product) -> bytes:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 
 
+def _note(note: Note) -> dict[str, Any]:
+    return {
+        "code": note.code,
+        "text": note.text,
+        "is_doubt": note.is_doubt,
+        "numbers": dict(note.numbers),
+        "points": np.reshape(note.points, (-1, 3)).tolist(),
+    }
+
+
 def _surface(surface: SurfaceMesh) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "name": surface.name,
-        "mendings": list(surface.mendings),
         "vertices": surface.vertices.tolist(),
         "faces": surface.faces.tolist(),
     }

@@ -5,6 +5,7 @@ from weavecore.model.equilibrium import Equilibrium
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
+from weavecore.model.notes import Note
 from weavecore.model.polylines import Polylines
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.sequence import BuildSequence
@@ -26,6 +27,7 @@ __all__ = [
     "Latitudes",
     "Lattice",
     "Material",
+    "Note",
     "Origins",
     "Polylines",
     "RodAxes",

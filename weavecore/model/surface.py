@@ -22,6 +22,7 @@ from weavecore.geometry.halfedges import (
     find_twins,
     halfedge_ends,
 )
+from weavecore.model.notes import Note
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +45,8 @@ class SurfaceMesh:
         as they do at the borders, on both sides.
     name : str, optional
         Name of the object or file.
-    mendings : sequence of str, optional
-        What was repaired when it was read, one sentence each.
+    notes : sequence of Note, optional
+        What was changed, left out, guessed or doubted since it was read.
     starts : Origins, optional
         Where distances start, if not at all borders and cuts.  The other borders cut the polylines, which then
         are open.
@@ -66,14 +67,14 @@ class SurfaceMesh:
     tolerance: float = 0.0
     cuts: tuple[Ints, ...] = ()
     name: str = ""
-    mendings: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     starts: Optional[Origins] = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen(self.vertices, np.float64, (-1, 3)))
         object.__setattr__(self, "faces", frozen(self.faces, np.int64, (-1, 3)))
         object.__setattr__(self, "cuts", tuple(frozen(loop, np.int64, (-1,)) for loop in self.cuts))
-        object.__setattr__(self, "mendings", tuple(self.mendings))
+        object.__setattr__(self, "notes", tuple(self.notes))
         self._check_arrays()
         self._check_starts()
         twins = find_twins(self.faces, len(self.vertices))

@@ -60,7 +60,7 @@ def choose_objects(document: RhinoDocument, *, layer: Names = None, object: Name
     ------
     NoSurface, AmbiguousSurface
     """
-    layers, names = _listed(layer), _listed(object)
+    layers, names = listed_names(layer), listed_names(object)
     found: list[RhinoObject] = list(document.objects)
     if layers:
         found = _in_order(document, [one for name in layers for one in _on_layer(document, name)])
@@ -99,7 +99,13 @@ def ambiguous_error(document: RhinoDocument, objects: Sequence[RhinoObject]) -> 
     )
 
 
-def _listed(names: Names) -> tuple[str, ...]:
+def listed_names(names: Names) -> tuple[str, ...]:
+    """Names as a tuple, whether none, one or several are given.
+
+    Parameters
+    ----------
+    names : str or sequence of str or None
+    """
     if names is None:
         return ()
     return (names,) if isinstance(names, str) else tuple(names)

@@ -28,7 +28,7 @@ import numpy as np
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN, border_loops, find_twins, halfedge_ends
-from weavecore.model import SurfaceMesh
+from weavecore.model import Note, SurfaceMesh
 from weavecore.reading.polygon_triangulation import split_quads
 from weavecore.reading.raw import Plane, counted
 from weavecore.tolerances import CUT_FROM_VERTEX, LEAST_CUT_OFF
@@ -76,8 +76,10 @@ def cut_closed_parts(surface: SurfaceMesh, *, plane: Optional[Plane] = None) -> 
     heights = None if plane is None else _signed_distances(surface.vertices, plane)
     parts = _closed_parts(surface)
     if not parts:
-        unused = () if plane is None else ("The cutting plane was not used: no part of the surface is closed.",)
-        return replace(surface, mendings=surface.mendings + unused) if unused else surface
+        if plane is None:
+            return surface
+        unused = Note("UNUSED", "The cutting plane was not used: no part of the surface is closed.")
+        return replace(surface, notes=(*surface.notes, unused))
     level, n_crossed = np.ones(surface.n_vertices), 0
     for faces in parts:
         used, local = np.unique(faces, return_inverse=True)
@@ -89,8 +91,9 @@ def cut_closed_parts(surface: SurfaceMesh, *, plane: Optional[Plane] = None) -> 
     if heights is not None and n_crossed == 0:
         raise Degenerate("The plane intersects no closed part of the surface", remedy="Move or omit it.")
     cut = cut_along(surface.vertices, surface.faces, surface.twins, level)
-    note = f"Cut {counted(len(parts), 'closed part')} in two along {counted(len(cut.loops), 'loop')}."
-    return replace(surface, vertices=cut.vertices, faces=cut.faces, cuts=cut.loops, mendings=(*surface.mendings, note))
+    text = f"Cut {counted(len(parts), 'closed part')} in two along {counted(len(cut.loops), 'loop')}."
+    note = Note("CUT", text, {"parts": len(parts), "loops": len(cut.loops)})
+    return replace(surface, vertices=cut.vertices, faces=cut.faces, cuts=cut.loops, notes=(*surface.notes, note))
 
 
 def _balanced_level(vertices: Floats, faces: Ints) -> Floats:

@@ -14,6 +14,7 @@ from weavecore.errors import WeaveError
 from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
 from weavecore.model import SurfaceMesh
+from weavecore.model.notes import texts_of
 from weavecore.reading.choose import is_candidate
 from weavecore.reading.curves import curve_from
 from weavecore.reading.formats.mesh_file import read_mesh_file
@@ -222,7 +223,7 @@ def _report(one: RhinoObject, raw: RawMesh) -> ObjectReport:
         is_candidate=is_candidate(one),
         aside=one.aside,
         code="",
-        message=" ".join(surface.mendings),
+        message=" ".join(texts_of(surface.notes)),
     )
 
 

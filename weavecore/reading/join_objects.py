@@ -11,6 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.model import Note
 from weavecore.reading.choose import ambiguous_error
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject
 from weavecore.reading.nurbs_mesher import MeshedObject, mesh_objects, surfaces_of_reference
@@ -80,8 +81,21 @@ def join_objects(
         unit=document.unit,
         tolerance=document.tolerance,
         name=", ".join(names) or Path(document.file_name).stem,
-        notes=(*meshed.notes, f"Joined {len(objects)} objects where their edges coincide."),
+        notes=(*meshed.notes, _joined_note(objects, meshed)),
     )
+
+
+def _joined_note(objects: Sequence[RhinoObject], meshed: MeshedObject) -> Note:
+    n_pieces = _count_pieces(meshed.faces)
+    text = f"Joined {len(objects)} objects where their edges coincide"
+    text += f": {n_pieces} pieces are left." if n_pieces > 1 else "."
+    return Note("JOINED", text, {"objects": len(objects), "pieces": n_pieces})
+
+
+def _count_pieces(faces: Ints) -> int:
+    first, second = _neighbours(faces)
+    links = coo_matrix((np.ones(len(first), bool), (first, second)), shape=(len(faces), len(faces)))
+    return int(connected_components(links, directed=False)[0])
 
 
 def _parts(document: RhinoDocument, one: RhinoObject) -> list[tuple[Any, Floats | None]]:
@@ -107,13 +121,11 @@ def _is_one_sheet(meshed: MeshedObject) -> bool:
     """Whether a mesh is one component without faces folded back on each other where they join."""
     faces = meshed.faces
     first, second = _neighbours(faces)
-    links = coo_matrix((np.ones(len(first), bool), (first, second)), shape=(len(faces), len(faces)))
     corners = meshed.vertices[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     folded = np.einsum("ij,ij->i", normal[first], normal[second]) < _FOLDED_BACK
-    n_pieces, _ = connected_components(links, directed=False)
-    return int(n_pieces) == 1 and not folded.any()
+    return _count_pieces(faces) == 1 and not folded.any()
 
 
 def _neighbours(faces: Ints) -> tuple[Ints, Ints]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from weavecore.errors import BadIndex, Unsupported
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.model import Note
 from weavecore.reading.raw import DOUBLE, RawMesh, counted
 
 MOST_CORNERS = 256
@@ -57,9 +58,13 @@ def mesh_of_polygons(vertices: Floats, corners: Ints, counts: Ints, *, epsilon: 
     order = np.argsort(np.concatenate(rows), kind="stable")
     notes = []
     if (counts > 4).any():
-        notes.append(f"Split {counted(int((counts > 4).sum()), 'face')} with more than four corners into triangles.")
+        n_large = int((counts > 4).sum())
+        text = f"Split {counted(n_large, 'face')} with more than four corners into triangles."
+        notes.append(Note("TRIANGULATED", text, {"count": n_large}))
     if (counts < 3).any():
-        notes.append(f"Dropped {counted(int((counts < 3).sum()), 'face')} with less than three corners.")
+        n_small = int((counts < 3).sum())
+        text = f"Dropped {counted(n_small, 'face')} with less than three corners."
+        notes.append(Note("DROPPED", text, {"count": n_small}))
     return RawMesh(
         vertices, np.concatenate(parts)[order], np.concatenate(rows)[order], notes=tuple(notes), epsilon=epsilon
     )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from weavecore.geometry.arrays import Ints
+from weavecore.model import Note
 
 Plane = tuple[ArrayLike, ArrayLike]
 """A point and a normal."""
@@ -41,12 +42,16 @@ class RawMesh:
         The number that each face has for the user; its row if missing.
     unit, tolerance, name
         As in `SurfaceMesh`.
-    notes : tuple of str
-        What was changed so far, one sentence each.
+    notes : tuple of Note
+        What was changed or doubted so far.
     epsilon : float
         Relative rounding of the stored coordinates: `DOUBLE` or `SINGLE`.
     n_borders_expected : int, optional
         How many border loops the meshed object has by its own topology.
+    part_names : tuple of tuple of str
+        Names of each part of the file: its object and its groups; empty where there is one part.
+    part_of_face : (F,) int64, optional
+        The part of each face.
     """
 
     vertices: NDArray[Any]
@@ -55,9 +60,34 @@ class RawMesh:
     unit: str = "None"
     tolerance: float = 0.0
     name: str = ""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     epsilon: float = DOUBLE
     n_borders_expected: Optional[int] = None
+    part_names: tuple[tuple[str, ...], ...] = ()
+    part_of_face: Optional[Ints] = None
+
+
+@dataclass(frozen=True)
+class RepairOptions:
+    """What is to be repaired or left out beyond the usual.
+
+    Parameters
+    ----------
+    weld : float, optional
+        Vertices of borders that are no further apart are welded; by default the file's tolerance, or a millionth of the
+        size.
+    fill_holes : float, optional
+        Borders up to this length are closed.
+    is_largest_only : bool
+        Whether only the piece with the largest area is taken.
+    side : str, optional
+        ``"outer"``: only the outer side of a thin solid is taken.
+    """
+
+    weld: Optional[float] = None
+    fill_holes: Optional[float] = None
+    is_largest_only: bool = False
+    side: Optional[str] = None
 
 
 def is_array_mesh(geometry: Any) -> bool:

@@ -14,14 +14,15 @@ import numpy as np
 
 from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
-from weavecore.model import SurfaceMesh
+from weavecore.model import Note, SurfaceMesh
 from weavecore.model.surface import Origins
-from weavecore.reading.choose import Names, choose_objects
+from weavecore.reading.choose import Names, choose_objects, listed_names
 from weavecore.reading.formats.mesh_file import MESH_READERS, read_mesh_file
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.join_objects import join_objects
 from weavecore.reading.nurbs_mesher import MeshedObject, mesh_block, mesh_object, mesh_objects
-from weavecore.reading.raw import Plane, RawMesh, is_array_mesh
+from weavecore.reading.pieces import select_parts
+from weavecore.reading.raw import Plane, RawMesh, RepairOptions, is_array_mesh
 from weavecore.reading.repair import repair
 from weavecore.reading.sandbox import call_guarded, limits_for
 from weavecore.rhino_geometry import is_to_be_meshed, mesh_in_rhino
@@ -35,6 +36,9 @@ RHINO = ".3dm"
 
 LengthOrNumber = Union[float, Length]
 """A length in the file's unit, or with a unit of its own."""
+
+OUTER = "outer"
+"""The side of a thin solid that can be chosen."""
 
 ENDINGS = (RHINO, *MESH_READERS)
 """Endings of all files that hold a surface."""
@@ -51,6 +55,10 @@ def read_surface(
     guarded: bool = False,
     time_limit: Optional[float] = None,
     progress: Optional[Progress] = None,
+    weld: Optional[LengthOrNumber] = None,
+    fill_holes: Optional[LengthOrNumber] = None,
+    largest: bool = False,
+    side: Optional[str] = None,
 ) -> SurfaceMesh:
     """Read the surface that a file holds.
 
@@ -60,7 +68,7 @@ def read_surface(
         Ends with ``.3dm``, ``.obj``, ``.off``, ``.ply`` or ``.stl``.
     layer, object : str or sequence of str, optional
         Which object of a Rhino file to read: see `choose_objects`.  Several are joined where their edges coincide;
-        those of one layer or one name must be connected.
+        those of one layer or one name must be connected.  In an ``.obj`` the name of an object or a group.
     cut_plane : (point, normal), optional
         Cuts the closed components that it intersects; the others are cut automatically.
     edge_target : float or Length, optional
@@ -74,6 +82,15 @@ def read_surface(
         Seconds that the worker may take; by default from the size of the file: see `limits_for`.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
+    weld : float or Length, optional
+        Vertices of borders that are no further apart are welded; by default the file's tolerance, or a millionth of the
+        size where it states none.
+    fill_holes : float or Length, optional
+        Borders up to this length are closed, but the longest of each piece.
+    largest : bool
+        Whether only the piece with the largest area is read.
+    side : str, optional
+        ``"outer"``: only the outer side of a thin solid.
 
     Returns
     -------
@@ -90,11 +107,14 @@ def read_surface(
         Where a Rhino file has no unit.
     """
     fineness = {"edge_target": edge_target, "spacing": spacing}
+    if side not in (None, OUTER):
+        raise Unsupported(f"Unknown side {side!r}", remedy=f"Take {OUTER!r}, or omit it for the whole surface.")
     options: dict[str, Any] = {"layer": layer, "object": object, **fineness, "progress": progress}
+    options["repairs"] = {"weld": weld, "fill_holes": fill_holes, "is_largest_only": largest, "side": side}
     if guarded:
         limits = limits_for(path, time_limit=time_limit, is_fineness_asked=edge_target is not None)
         surface: SurfaceMesh = call_guarded(
-            _read_and_repair, path, cut_plane=cut_plane, limits=limits, classes=(SurfaceMesh, Origins), **options
+            _read_and_repair, path, cut_plane=cut_plane, limits=limits, classes=(SurfaceMesh, Origins, Note), **options
         )
     else:
         surface = _read_and_repair(path, cut_plane=cut_plane, **options)
@@ -103,12 +123,15 @@ def read_surface(
     return surface
 
 
-def _read_and_repair(path: PathLike, *, cut_plane: Optional[Plane], **options: Any) -> SurfaceMesh:
+def _read_and_repair(
+    path: PathLike, *, cut_plane: Optional[Plane], repairs: dict[str, Any], **options: Any
+) -> SurfaceMesh:
     raw = read_raw(path, **options)
     progress = options["progress"]
     if progress is not None:
         progress(1.0, "Repairing the mesh")
-    return repair(raw, cut_plane=cut_plane)
+    lengths = {key: _in_unit(repairs[key], raw.unit) for key in ("weld", "fill_holes")}
+    return repair(raw, cut_plane=cut_plane, options=RepairOptions(**{**repairs, **lengths}))
 
 
 def surface_from(
@@ -185,12 +208,13 @@ def read_raw(
             return raw_from_document(document, choice.objects[0], **options)
         return join_objects(document, choice.objects, must_connect=not choice.is_listed, **options)
     check_ending(path)
-    if layer is not None or object is not None:
+    if layer is not None or (object is not None and Path(path).suffix.lower() != ".obj"):
         raise NoSurface(
             f"{Path(path).name} is a mesh file, which has no layers or named objects",
             remedy="Omit the layer and the object name.",
         )
-    return read_mesh_file(path)
+    raw = read_mesh_file(path)
+    return raw if object is None else select_parts(raw, listed_names(object), Path(path).name)
 
 
 def raw_from_document(

@@ -64,7 +64,7 @@ def drop_slivers(vertices: Floats, faces: Ints, weld: Ints, ids: Ints) -> tuple[
     step = _STEPS * float(np.finfo(np.float64).eps) * float(np.abs(vertices[faces]).max(initial=0.0))
     is_cap = _find_caps(vertices, faces, step)
     weld = _weld_needles(vertices, faces[is_cap], weld, step)
-    keep = _has_three_places(faces, weld)
+    keep = has_three_places(faces, weld)
     n_dropped = int((~keep | is_cap).sum())
     faces, ids, is_cap = faces[keep], ids[keep], is_cap[keep]
     if is_cap.any():
@@ -74,7 +74,18 @@ def drop_slivers(vertices: Floats, faces: Ints, weld: Ints, ids: Ints) -> tuple[
     return faces, ids, weld, n_dropped
 
 
-def _has_three_places(faces: Ints, weld: Ints) -> Bools:
+def has_three_places(faces: Ints, weld: Ints) -> Bools:
+    """Whether the corners of each face are in three places.
+
+    Parameters
+    ----------
+    faces : (F, 3) int64
+    weld : (V,) int64
+
+    Returns
+    -------
+    (F,) bool
+    """
     a, b, c = weld[faces].T
     distinct: Bools = (a != b) & (b != c) & (c != a)
     return distinct
@@ -139,7 +150,7 @@ def _flip_round(vertices: Floats, faces: Ints, weld: Ints, ids: Ints, caps: Ints
     made, made_ids = _split_across(faces, weld, ids, caps[flips], k[flips], partner[flips])
     new = np.concatenate([faces[~gone], made])
     new_ids = np.concatenate([ids[~gone], made_ids])
-    keep = _has_three_places(new, weld)
+    keep = has_three_places(new, weld)
     return new[keep], new_ids[keep]
 
 

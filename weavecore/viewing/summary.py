@@ -34,7 +34,7 @@ def describe_surface(surface: SurfaceMesh) -> Lines:
     if n_parts > 1:
         parts.append(_count(n_parts, "component"))
     lines = [("surface", f"{surface.name or 'unnamed'}: {', '.join(parts)}")]
-    return lines + [("mended", mending) for mending in surface.mendings]
+    return lines + [("doubt" if note.is_doubt else "note", f"{note.code}: {note.text}") for note in surface.notes]
 
 
 def describe_latitudes(latitudes: Latitudes) -> Lines:

@@ -98,9 +98,9 @@ def test_faces_that_look_the_other_way_come_out_turned_like_the_others(turned):
 
 def test_more_borders_than_the_object_says_are_told():
     vertices, faces = mesh_object(make.tube()).vertices, mesh_object(make.tube()).faces
-    told = repair(RawMesh(vertices, faces, n_borders_expected=2)).mendings
+    told = repair(RawMesh(vertices, faces, n_borders_expected=2)).notes
     assert not any("borders" in one for one in told)
-    told = repair(replace(RawMesh(vertices, faces), n_borders_expected=1)).mendings
+    told = repair(replace(RawMesh(vertices, faces), n_borders_expected=1)).notes
     assert "By its edges the object has 1 borders, and its mesh has 2." in told
 
 

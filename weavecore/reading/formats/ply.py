@@ -1,8 +1,8 @@
 """Polygon file format .ply, as text or binary, with faces of any number of corners.
 
-A header lists *elements* (vertex, face, …) with their counts and *properties*; a property is one number, or a list
-with its length before it.  The body has the elements in that order.  Binary elements whose lists all have one length
-are read as a table; others are walked through one by one.  Linear in the bytes.
+A header lists *elements* (vertex, face, tristrips, …) with their counts and *properties*; a property is one
+number, or a list with its length before it.  The body has the elements in that order.  Binary elements whose lists
+all have one length are read as a table; others are walked through one by one.  Linear in the bytes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.reading.formats.text import damaged, to_floats, to_ints
+from weavecore.reading.formats.text import damaged, in_line, shown, to_floats, to_ints
 from weavecore.reading.polygon_triangulation import mesh_of_polygons
 from weavecore.reading.raw import DOUBLE, SINGLE, RawMesh
 
@@ -32,6 +32,9 @@ _TYPES = {
 
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 """Names of the property that lists the corners of a face."""
+
+_RESTART = -1
+"""The corner that ends a strip of triangles."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ def read_ply(data: bytes) -> RawMesh:
     Unreadable, BadIndex, Unsupported
     """
     order, elements, start = _header(data)
-    reader = _TextBody(data[start:]) if order == "" else _BinaryBody(data, start, order)
+    reader = _TextBody(data[start:], data[:start].count(b"\n") + 1) if order == "" else _BinaryBody(data, start, order)
     vertices, epsilon = np.empty((0, 3)), DOUBLE
     corners, counts = np.empty(0, np.int64), np.empty(0, np.int64)
     for element in elements:
@@ -79,11 +82,33 @@ def read_ply(data: bytes) -> RawMesh:
             vertices, epsilon = reader.vertices(element), _epsilon(element, order)
         elif element.name == "face":
             corners, counts = reader.lists(element, element.index_of(_FACE_LISTS))
+        elif element.name == "tristrips" and element.count:
+            corners, counts = _unrolled(*reader.lists(element, element.index_of(_FACE_LISTS)))
         else:
             reader.skip(element)
         if len(vertices) and len(counts):
             break
     return mesh_of_polygons(vertices, corners, counts, epsilon=epsilon)
+
+
+def _unrolled(corners: Ints, counts: Ints) -> tuple[Ints, Ints]:
+    """The triangles of strips: corners end to end, and their counts.
+
+    Three corners in a row make a triangle, every second one turned over; -1 begins a new strip.  Triangles that
+    repeat a corner only lead from one row to the next.
+    """
+    is_break = corners == _RESTART
+    begins = np.zeros(len(corners), bool)
+    begins[(np.cumsum(counts) - counts)[counts > 0]] = True
+    begins[1:] |= is_break[:-1]
+    start = np.maximum.accumulate(np.where(begins, np.arange(len(corners)), 0))
+    first = np.flatnonzero((start[2:] == start[:-2]) & ~is_break[2:]) if len(corners) > 2 else np.zeros(0, np.int64)
+    a, b, c = corners[first], corners[first + 1], corners[first + 2]
+    is_odd = (first - start[first]) % 2 == 1
+    a, b = np.where(is_odd, b, a), np.where(is_odd, a, b)
+    keep = (a != b) & (b != c) & (c != a)
+    triangles = np.column_stack([a, b, c])[keep]
+    return triangles.ravel(), np.full(len(triangles), 3, np.int64)
 
 
 def _epsilon(element: _Element, order: str) -> float:
@@ -124,8 +149,10 @@ def _property(words: list[str]) -> _Property:
 class _TextBody:
     """The body of a text file, one element a line."""
 
-    def __init__(self, body: bytes) -> None:
-        self._lines = [line for line in body.splitlines() if line.strip()]
+    def __init__(self, body: bytes, first: int) -> None:
+        numbered = [(first + k, line) for k, line in enumerate(body.splitlines()) if line.strip()]
+        self._lines = [line for _, line in numbered]
+        self._numbers = [number for number, _ in numbered]
         self._at = 0
 
     def skip(self, element: _Element) -> None:
@@ -135,31 +162,37 @@ class _TextBody:
         columns = [element.index_of((axis,)) for axis in "xyz"]
         if any(p.length_kind for p in element.properties[: max(columns)]):
             raise damaged("The vertices have a list before their coordinates")
-        rows = [line.split() for line in self._rows(element)]
-        if any(len(row) <= max(columns) for row in rows):
-            raise damaged("A vertex has fewer than three coordinates")
-        return to_floats([row[k] for row in rows for k in columns], "vertex").reshape(-1, 3)
+        lines, numbers = self._rows(element)
+        rows = [line.split() for line in lines]
+        short = next((k for k, row in enumerate(rows) if len(row) <= max(columns)), None)
+        if short is not None:
+            raise damaged(f"A vertex has too few coordinates{in_line(numbers, short)}: {shown(lines[short])}")
+        words = [row[k] for row in rows for k in columns]
+        return to_floats(words, "vertex", np.repeat(numbers, 3).tolist()).reshape(-1, 3)
 
     def lists(self, element: _Element, which: int) -> tuple[Ints, Ints]:
-        rows = [line.split() for line in self._rows(element)]
+        lines, numbers = self._rows(element)
+        rows = [line.split() for line in lines]
         begins = [0] * len(rows)
         try:
             for p in element.properties[:which]:
                 begins = [at + (1 + int(row[at]) if p.length_kind else 1) for at, row in zip(begins, rows)]
-            counts = to_ints([row[at] for at, row in zip(begins, rows)], "face")
+            counts = to_ints([row[at] for at, row in zip(begins, rows)], "face", numbers)
         except (IndexError, ValueError):
             raise damaged("A face has fewer numbers than the header announces") from None
         words = [row[at + 1 : at + 1 + n] for at, row, n in zip(begins, rows, counts.tolist())]
-        if any(len(found) != n for found, n in zip(words, counts.tolist())):
-            raise damaged("A face has fewer corners than its count")
-        return to_ints([word for found in words for word in found], "face"), counts
+        short = next((k for k, (found, n) in enumerate(zip(words, counts.tolist())) if len(found) != n), None)
+        if short is not None:
+            raise damaged(f"A face has fewer corners than its count{in_line(numbers, short)}: {shown(lines[short])}")
+        return to_ints([word for found in words for word in found], "face", np.repeat(numbers, counts).tolist()), counts
 
-    def _rows(self, element: _Element) -> list[bytes]:
+    def _rows(self, element: _Element) -> tuple[list[bytes], list[int]]:
         rows = self._lines[self._at : self._at + element.count]
+        numbers = self._numbers[self._at : self._at + element.count]
         if len(rows) < element.count:
             raise damaged(f"The header announces {element.count} elements {element.name!r}, but the file has fewer")
         self._at += element.count
-        return rows
+        return rows, numbers
 
 
 class _BinaryBody:

@@ -30,6 +30,7 @@ from weavecore.model import (
     Latitudes,
     Lattice,
     Material,
+    Note,
     Origins,
     Polylines,
     RodAxes,
@@ -37,6 +38,7 @@ from weavecore.model import (
     SurfaceMesh,
     Weave,
 )
+from weavecore.model.notes import NOTE_CODES
 from weavecore.model.rod_axes import tip_parameters
 
 FORMAT, VERSION = "weavecore", 1
@@ -195,9 +197,25 @@ def _surface(document: ResultPart) -> SurfaceMesh:
         tolerance=document.number("tolerance", least=0.0),
         cuts=cuts,
         name=part.text("name"),
-        mendings=tuple(part.texts("mendings")),
+        notes=_take_notes(document),
         starts=_take_origins(part, len(vertices)) if "origins" in part else None,
     )
+
+
+def _take_notes(document: ResultPart) -> tuple[Note, ...]:
+    """The notes; of a result from before there were any, the repairs that the surface lists."""
+    if "notes" not in document:
+        surface = document.part("surface")
+        return tuple(Note("REPAIRED", text) for text in surface.texts("mendings")) if "mendings" in surface else ()
+    notes = []
+    for part in document.parts("notes"):
+        numbers = part.part("numbers")
+        code = part.text("code")
+        if code not in NOTE_CODES:
+            raise _damaged_result(f"{part.path('code')} is {code[:40]!r}, which no note has")
+        pairs = {name: numbers.number(name) for name in numbers}
+        notes.append(Note(code, part.text("text"), pairs, part.floats("points", (-1, 3))))
+    return tuple(notes)
 
 
 def _latitudes(document: ResultPart, surface: SurfaceMesh) -> Latitudes:
@@ -533,6 +551,9 @@ class ResultPart:
 
     def __contains__(self, key: str) -> bool:
         return key in self._values
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
 
     def path(self, key: str) -> str:
         """Where a value is, as a person finds it."""

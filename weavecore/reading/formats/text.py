@@ -1,4 +1,4 @@
-"""Numbers in text files, converted all at once."""
+"""Numbers in text files, converted all at once; errors name the line and what stands there."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from weavecore.errors import Unreadable
 from weavecore.geometry.arrays import Floats, Ints
 
+_MOST_SHOWN = 60
+"""Characters of a line that an error shows."""
 
-def to_floats(words: Sequence[bytes], what: str) -> Floats:
+
+def to_floats(words: Sequence[bytes], what: str, lines: Sequence[int] = ()) -> Floats:
     """Convert words to float64.
 
     Parameters
@@ -20,6 +23,8 @@ def to_floats(words: Sequence[bytes], what: str) -> Floats:
     words : sequence of bytes
     what : str
         What the words belong to, for the error: "vertex", "face".
+    lines : sequence of int, optional
+        Number of the line of each word, from 1, for the error.
 
     Returns
     -------
@@ -30,10 +35,10 @@ def to_floats(words: Sequence[bytes], what: str) -> Floats:
     Unreadable
         Where a word is not a number.
     """
-    return _to(words, np.float64, what)
+    return _to(words, np.float64, what, lines)
 
 
-def to_ints(words: Sequence[bytes], what: str) -> Ints:
+def to_ints(words: Sequence[bytes], what: str, lines: Sequence[int] = ()) -> Ints:
     """Convert words to int64.
 
     Parameters
@@ -41,6 +46,8 @@ def to_ints(words: Sequence[bytes], what: str) -> Ints:
     words : sequence of bytes
     what : str
         What the words belong to, for the error: "vertex", "face".
+    lines : sequence of int, optional
+        Number of the line of each word, from 1, for the error.
 
     Returns
     -------
@@ -51,10 +58,10 @@ def to_ints(words: Sequence[bytes], what: str) -> Ints:
     Unreadable
         Where a word is not a whole number.
     """
-    return _to(words, np.int64, what)
+    return _to(words, np.int64, what, lines)
 
 
-def to_points(lines: list[bytes], what: str) -> Floats:
+def to_points(lines: list[bytes], what: str, numbers: Sequence[int] = ()) -> Floats:
     """The first three numbers of each line.
 
     Parameters
@@ -62,6 +69,8 @@ def to_points(lines: list[bytes], what: str) -> Floats:
     lines : list of bytes
     what : str
         What a line is, for the error.
+    numbers : sequence of int, optional
+        Number of each line, from 1, for the error.
 
     Returns
     -------
@@ -72,9 +81,33 @@ def to_points(lines: list[bytes], what: str) -> Floats:
     Unreadable
     """
     rows = [line.split(None, 3)[:3] for line in lines]
-    if any(len(row) < 3 for row in rows):
-        raise damaged(f"A {what} has fewer than three coordinates")
-    return to_floats([word for row in rows for word in row], what).reshape(-1, 3)
+    short = next((k for k, row in enumerate(rows) if len(row) < 3), None)
+    if short is not None:
+        raise damaged(f"A {what} has fewer than three coordinates{in_line(numbers, short)}: {shown(lines[short])}")
+    words = [word for row in rows for word in row]
+    return to_floats(words, what, np.repeat(numbers, 3).tolist()).reshape(-1, 3)
+
+
+def in_line(numbers: Sequence[int], k: int) -> str:
+    """`` in line 12`` where the numbers of lines are known, else nothing.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+    k : int
+        Which of them.
+    """
+    return f" in line {numbers[k]}" if k < len(numbers) else ""
+
+
+def shown(text: bytes) -> str:
+    """What stands in a line, as an error shows it.
+
+    Parameters
+    ----------
+    text : bytes
+    """
+    return repr(text[:_MOST_SHOWN].decode("utf-8", "replace").strip())
 
 
 def damaged(what: str) -> Unreadable:
@@ -92,8 +125,18 @@ def damaged(what: str) -> Unreadable:
     return Unreadable(what, remedy="The file is damaged: export it again.")
 
 
-def _to(words: Sequence[bytes], dtype: Any, what: str) -> NDArray[Any]:
+def _to(words: Sequence[bytes], dtype: Any, what: str, lines: Sequence[int]) -> NDArray[Any]:
     try:
         return np.array(words, dtype=dtype)
     except (ValueError, OverflowError):
-        raise damaged(f"A {what} has an entry that is not a number") from None
+        k = next((k for k, word in enumerate(words) if not _is_number(word, dtype)), 0)
+        kind = "a whole number" if dtype is np.int64 else "a number"
+        raise damaged(f"A {what} has the entry {shown(words[k])}{in_line(lines, k)}, which is not {kind}") from None
+
+
+def _is_number(word: bytes, dtype: Any) -> bool:
+    try:
+        np.array([word], dtype=dtype)
+    except (ValueError, OverflowError):
+        return False
+    return True

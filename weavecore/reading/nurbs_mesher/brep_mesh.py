@@ -21,6 +21,7 @@ import numpy as np
 
 from weavecore.errors import Degenerate
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.model import Note
 from weavecore.reading.nurbs_mesher.brep_patches import (
     Patches,
     border_gap,
@@ -107,7 +108,8 @@ def mesh_brep(
     gap, where = border_gap(joined)
     notes = []
     if gap > max(_MOST_GAP * (tolerance or 0.0), limits.chord):
-        notes.append(f"Face {where} lies up to {gap:.3g} from the edges that bound it.")
+        text = f"Face {where} lies up to {gap:.3g} from the edges that bound it."
+        notes.append(Note("GAP", text, {"face": where, "gap": gap}))
     return MeshedObject(*meshed, _count_border_loops(shape), chord_error(joined), tuple(notes))
 
 

@@ -8,6 +8,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, frozen
+from weavecore.model import Note
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,15 +25,15 @@ class MeshedObject:
         How many border loops it has by its own topology; None if unknown.
     chord_error : float
         The greatest distance measured between the mesh and the surface; 0 if not measured.
-    notes : sequence of str
-        What the user should know, one sentence each.
+    notes : sequence of Note
+        What the user should know.
     """
 
     vertices: Floats
     faces: Ints
     n_borders_expected: Optional[int] = None
     chord_error: float = 0.0
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen(self.vertices, np.float64, (-1, 3)))

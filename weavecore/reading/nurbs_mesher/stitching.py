@@ -181,20 +181,35 @@ def _insert_in_borders(vertices: Floats, faces: Ints, mesh_of_face: Ints, tolera
     by_face: dict[int, tuple[list[int], list[int], list[int]]] = {}
     for side, _, vertex in sorted(rows):
         by_face.setdefault(side // 3, ([], [], []))[side % 3].append(vertex)
-    fresh = [fan for face, inserted in by_face.items() for fan in _fan(faces[face].tolist(), inserted)]
+    fresh = [fan for face, inserted in by_face.items() for fan in fan_with_inserted(faces[face].tolist(), inserted)]
     kept = np.delete(faces, sorted(by_face), axis=0)
     return np.concatenate([kept, np.array(fresh, np.int64).reshape(-1, 3)])
 
 
-def _fan(corners: Sequence[int], inserted: Sequence[list[int]]) -> list[tuple[int, int, int]]:
-    """Triangles of a triangle (a, b, c) with vertices inserted into its sides ab, bc and ca."""
+def fan_with_inserted(corners: Sequence[int], inserted: Sequence[list[int]]) -> list[tuple[int, int, int]]:
+    """Triangles of a triangle (a, b, c) with vertices inserted into its sides ab, bc and ca.
+
+    Parameters
+    ----------
+    corners : three int
+    inserted : three lists of int
+        In the order of the sides.
+
+    Returns
+    -------
+    list of (int, int, int)
+    """
     (a, b, c), (ab, bc, ca) = corners, inserted
     if ab:
         row = [*ab, b]
         between = [(p, q, c) for p, q in zip(row[:-2], row[1:-1])]
-        return [*_fan((a, row[0], c), ([], [], ca)), *between, *_fan((row[-2], b, c), ([], bc, []))]
+        return [
+            *fan_with_inserted((a, row[0], c), ([], [], ca)),
+            *between,
+            *fan_with_inserted((row[-2], b, c), ([], bc, [])),
+        ]
     if bc:
-        return _fan((b, c, a), (bc, ca, ab))
+        return fan_with_inserted((b, c, a), (bc, ca, ab))
     if ca:
-        return _fan((c, a, b), (ca, ab, bc))
+        return fan_with_inserted((c, a, b), (ca, ab, bc))
     return [(a, b, c)]

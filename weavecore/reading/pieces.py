@@ -1,0 +1,274 @@
+"""Pieces and borders of a mesh that may not be meant: scraps, slits and small holes.
+
+A *piece* is a connected component.  A *scrap* has less than a hundredth of the area of the largest piece.  A *slit* is
+a border that encloses no area, or is shorter than a thousandth of the longest.  Linear in the faces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from weavecore.errors import NoSurface
+from weavecore.geometry.arrays import Floats, Ints
+from weavecore.model import Note, SurfaceMesh
+from weavecore.model.notes import at
+from weavecore.reading.raw import RawMesh, counted
+
+_SCRAP = 0.01
+"""Of the area of the largest piece: a smaller one is noted."""
+
+_SHORT = 1e-3
+"""Of the longest border: a shorter one is noted."""
+
+_FLAT = 1e-4
+"""Least area that a border encloses, in its squared length: a circle has 0.08, a slit of 5,000 times its width 1e-4."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A connected component.
+
+    Parameters
+    ----------
+    n_faces : int
+    area : float
+        In the unit squared.
+    size : float
+        Diagonal of its box.
+    middle : (float, float, float)
+        Middle of its box.
+    """
+
+    n_faces: int
+    area: float
+    size: float
+    middle: tuple[float, float, float]
+
+
+def pieces_of(surface: SurfaceMesh) -> tuple[Piece, ...]:
+    """The pieces of a mesh, in the order of their first faces.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    tuple of Piece
+    """
+    label = surface.component_of_face
+    count, area = np.bincount(label), _areas(surface)
+    low, high = (np.full((len(count), 3), sign * np.inf) for sign in (1, -1))
+    corners = surface.vertices[surface.faces]
+    np.minimum.at(low, label, corners.min(1))
+    np.maximum.at(high, label, corners.max(1))
+    size, middle = np.linalg.norm(high - low, axis=1), (low + high) / 2
+    rows = zip(count.tolist(), area.tolist(), size.tolist(), middle.tolist())
+    return tuple(Piece(n, a, s, (m[0], m[1], m[2])) for n, a, s, m in rows)
+
+
+def _areas(surface: SurfaceMesh) -> Floats:
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return np.asarray(np.bincount(surface.component_of_face, area), np.float64)
+
+
+def keep_largest(surface: SurfaceMesh) -> SurfaceMesh:
+    """The piece with the largest area.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    SurfaceMesh
+        With the note LEFT_OUT where there were others.
+    """
+    pieces = pieces_of(surface)
+    if len(pieces) == 1:
+        return surface
+    largest = int(np.argmax([piece.area for piece in pieces]))
+    keep = surface.component_of_face == largest
+    n = int((~keep).sum())
+    text = f"Left out {counted(len(pieces) - 1, 'piece')} with {counted(n, 'face')}: only the largest was asked for."
+    where = [piece.middle for k, piece in enumerate(pieces) if k != largest]
+    note = Note("LEFT_OUT", text, {"pieces": len(pieces) - 1, "faces": n}, where)
+    return with_faces(surface, surface.faces[keep], note)
+
+
+def with_faces(surface: SurfaceMesh, faces: Ints, note: Note) -> SurfaceMesh:
+    """A surface with other faces on its vertices, of which the unused are dropped, and one note more.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    faces : (G, 3) int64
+    note : Note
+
+    Returns
+    -------
+    SurfaceMesh
+    """
+    used, named = np.unique(faces, return_inverse=True)
+    vertices, notes = surface.vertices[used], (*surface.notes, note)
+    return replace(surface, vertices=vertices, faces=named.reshape(-1, 3), notes=notes)
+
+
+def note_pieces(surface: SurfaceMesh) -> SurfaceMesh:
+    """Note scraps and slits.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    SurfaceMesh
+        With the notes SCRAPS and SLIT where they apply.
+    """
+    notes = [*_scraps(surface), *_slits(surface)]
+    return replace(surface, notes=(*surface.notes, *notes)) if notes else surface
+
+
+def _scraps(surface: SurfaceMesh) -> list[Note]:
+    if int(surface.component_of_face.max()) == 0:
+        return []
+    pieces = pieces_of(surface)
+    most = max(piece.area for piece in pieces)
+    scraps = [piece for piece in pieces if piece.area < _SCRAP * most]
+    if not scraps:
+        return []
+    least = min(scraps, key=lambda piece: piece.area)
+    text = (
+        f"{counted(len(scraps), 'piece')} of {len(pieces)} with less than a hundredth of the largest one's area, the "
+    )
+    text += f"smallest {least.size:.3g} large at {at(least.middle)}: --largest leaves them out."
+    numbers = {"count": len(scraps), "pieces": len(pieces), "least_area": least.area, "largest_area": most}
+    return [Note("SCRAPS", text, numbers, [piece.middle for piece in scraps])]
+
+
+def _slits(surface: SurfaceMesh) -> list[Note]:
+    if len(surface.borders) < 2:
+        return []
+    lengths = border_lengths(surface)
+    areas = np.array([spanned_area(surface.vertices[loop]) for loop in surface.borders])
+    slit = np.flatnonzero((areas < _FLAT * lengths**2) | (lengths < _SHORT * lengths.max()))
+    if len(slit) == 0:
+        return []
+    where = np.array([surface.vertices[surface.borders[k]].mean(0) for k in slit.tolist()])
+    longest = float(lengths[slit].max())
+    text = f"{counted(len(slit), 'border')} without area or far shorter than the longest, up to {longest:.3g} long, "
+    text += f"first at {at(where[0])}: --fill-holes {longest * 1.01:.3g} closes them."
+    return [Note("SLIT", text, {"count": len(slit), "longest": longest}, where)]
+
+
+def border_lengths(surface: SurfaceMesh) -> Floats:
+    """Length (B,) of each border.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    """
+    loops = [surface.vertices[loop] for loop in surface.borders]
+    return np.array([np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1).sum() for loop in loops])
+
+
+def spanned_area(loop: Floats) -> float:
+    """Length of the vector area of a closed polyline: the area of a plane loop.
+
+    Parameters
+    ----------
+    loop : (n, 3) float64
+    """
+    centred = loop - loop.mean(0)
+    return float(np.linalg.norm(np.cross(centred, np.roll(centred, -1, axis=0)).sum(0)) / 2)
+
+
+def fill_holes(surface: SurfaceMesh, longest: float) -> SurfaceMesh:
+    """Close borders up to a length: three corners by a triangle, others by triangles about their mean.
+
+    The longest border of each piece stays, so that no piece is closed.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    longest : float
+
+    Returns
+    -------
+    SurfaceMesh
+        With the note FILLED where there were such borders.
+    """
+    lengths = border_lengths(surface)
+    face_of_vertex = np.zeros(surface.n_vertices, np.int64)
+    face_of_vertex[surface.faces.ravel()] = np.repeat(np.arange(surface.n_faces), 3)
+    piece = np.array([surface.component_of_face[face_of_vertex[loop[0]]] for loop in surface.borders], np.int64)
+    order = np.lexsort([-lengths, piece])
+    is_outer = np.zeros(len(order), bool)
+    is_outer[order[np.flatnonzero(np.r_[True, np.diff(piece[order]) != 0][: len(order)])]] = True
+    chosen = np.flatnonzero((lengths <= longest) & ~is_outer)
+    if len(chosen) == 0:
+        return surface
+    faces, n = [surface.faces], surface.n_vertices
+    means: list[Floats] = []
+    for k in chosen.tolist():
+        loop = surface.borders[k]
+        if len(loop) == 3:
+            faces.append(loop[::-1][None])
+        else:
+            faces.append(np.column_stack([np.roll(loop, -1), loop, np.full(len(loop), n + len(means))]))
+            means.append(surface.vertices[loop].mean(0))
+    where = np.array([surface.vertices[surface.borders[k]].mean(0) for k in chosen.tolist()])
+    text = f"Closed {counted(len(chosen), 'border')} of up to {longest:.6g}, the longest {lengths[chosen].max():.6g}."
+    note = Note("FILLED", text, {"count": len(chosen), "longest": float(lengths[chosen].max())}, where)
+    vertices = np.concatenate([surface.vertices, np.reshape(means, (-1, 3))])
+    return replace(surface, vertices=vertices, faces=np.concatenate(faces), notes=(*surface.notes, note))
+
+
+def select_parts(raw: RawMesh, names: Sequence[str], file_name: str) -> RawMesh:
+    """The objects or groups of an .obj with one of several names.
+
+    Parameters
+    ----------
+    raw : RawMesh
+    names : sequence of str
+    file_name : str
+        For the error.
+
+    Returns
+    -------
+    RawMesh
+        With the vertices of these alone.
+
+    Raises
+    ------
+    NoSurface
+        Where none has one of the names.
+    """
+    known = list(dict.fromkeys(name for part in raw.part_names for name in part))
+    missing = [name for name in names if name not in known]
+    if missing or raw.part_of_face is None:
+        raise NoSurface(
+            f"{file_name} has no object or group named {', '.join(map(repr, missing or names))}",
+            remedy="Name one of these." if known else "Omit the name: the file has one mesh.",
+            ids=known,
+            kind="there is",
+        )
+    chosen = [k for k, part in enumerate(raw.part_names) if set(part) & set(names)]
+    keep = np.isin(raw.part_of_face, chosen)
+    faces = raw.faces[keep]
+    used, named = np.unique(faces, return_inverse=True)
+    ids = np.flatnonzero(keep) if raw.face_ids is None else raw.face_ids[keep]
+    return replace(
+        raw,
+        vertices=raw.vertices[used],
+        faces=named.reshape(faces.shape),
+        face_ids=ids,
+        name=", ".join(dict.fromkeys(names)),
+        part_names=(),
+        part_of_face=None,
+    )
