@@ -7,6 +7,7 @@ import typer
 
 from weavecore.commands.arguments import EdgeTarget, Input, LayerNames, ObjectNames, Overwrite, Quiet, TimeLimit
 from weavecore.commands.input_file import describe_input, read_input, written_line
+from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -21,7 +22,9 @@ def mesh(
     quiet: Quiet = False,
 ) -> None:
     """Write the triangle mesh that weave would use."""
-    with progress_bar(quiet=quiet) as show_progress:
+    start_clock(input_file, time_limit, extra=FINENESS_SECONDS if edge_target else 0.0)
+    with progress_bar(quiet=quiet) as show_bar:
+        show_progress = checked(show_bar)
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)

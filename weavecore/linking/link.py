@@ -10,13 +10,14 @@ another pattern on the same latitudes.  A new one is a new entry in `DERIVED`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.errors import Unsupported
+from weavecore.errors import TooMuchWork, Unsupported
 from weavecore.geometry.arrays import offsets_of, rows_of
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.assemble import BandFilling, assemble, fill_all_bands
@@ -45,6 +46,11 @@ Progress = Optional[Callable[[float, str], None]]
 
 _MOST_REFINEMENTS = 8
 """Rounds of boundary refinement; each adds at most one node to an edge, so eight divide it into 256 parts."""
+
+MOST_NODES = 15_000
+"""Nodes of a lattice: each takes some 7 ms and 20 kB to link, smooth and weave, so these take two minutes."""
+_NODE_OF_SQUARE = 0.87
+"""Area that a Steiner vertex of a pocket takes, in squares of the edge length: that of two equilateral triangles."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +142,8 @@ def link_pattern(
     ------
     Unsupported
         When the edge length is not a positive number, or there is no such pattern.
+    TooMuchWork, Degenerate
+        As `link_latitudes`.
     """
     if known_pattern(pattern) in PATTERNS:
         lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
@@ -178,6 +186,8 @@ def link_latitudes(
     ------
     Unsupported
         When the edge length is not a positive number, or there is no such pattern.
+    TooMuchWork
+        When there would be more than `MOST_NODES` nodes.
     Degenerate
         When a band is too small for its topology at this edge length.
     """
@@ -188,6 +198,7 @@ def link_latitudes(
     length = design.edge_per_spacing * latitudes.spacing if edge_length is None else float(edge_length)
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
+    _check_work(latitudes, length)
     report(0.0, "dividing the latitudes")
     filling = _divide_and_fill(latitudes, length, design)
     if len(filling.inverted) and design.count_tolerance > 1.0:
@@ -197,6 +208,23 @@ def link_latitudes(
         filling = even if len(even.inverted) < len(filling.inverted) else filling
     report(0.8, "smoothing the lattice")
     return smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
+
+
+def _check_work(latitudes: Latitudes, length: float) -> None:
+    """Refuse more nodes on polylines, and in the pockets that these leave, than can be linked and woven in minutes."""
+    lengths = latitudes.polylines.lengths
+    total = float(lengths.sum())
+    # Each child has a strip of about a spacing behind it; what is left over are pockets.
+    pockets = max(latitudes.surface.area - latitudes.spacing * float(lengths[latitudes.generation > 0].sum()), 0.0)
+    expected = total / length + pockets / (_NODE_OF_SQUARE * length**2)
+    if expected > MOST_NODES:
+        # The edge at which these would be just as many: a quadratic equation in its inverse.
+        least = (total + math.sqrt(total**2 + 4 * MOST_NODES * pockets / _NODE_OF_SQUARE)) / (2 * MOST_NODES)
+        raise TooMuchWork(
+            f"Edges of {length:.4g} on polylines of {total:.4g} in all, and in pockets of {pockets:.4g} square units "
+            f"between them, would make about {expected:,.0f} nodes, more than {MOST_NODES:,}",
+            remedy=f"Use edges of at least {least:.3g}, or another spacing than {latitudes.spacing:.4g}.",
+        )
 
 
 def _divide_and_fill(latitudes: Latitudes, length: float, pattern: Pattern) -> BandFilling:
