@@ -18,6 +18,7 @@ from weavecore.commands.fabricate import fabricate
 from weavecore.commands.info import info
 from weavecore.commands.mesh import mesh
 from weavecore.commands.simulate import simulate
+from weavecore.commands.time_limit import stop_clock
 from weavecore.commands.view import view
 from weavecore.commands.weave import weave
 from weavecore.errors import WeaveError
@@ -56,6 +57,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
             app(arguments, prog_name="weavecore")
         sys.exit(0)
     finally:
+        stop_clock()
         # A reader that has gone away, as head does, is not an error; without this Python would report one at its end.
         try:
             sys.stdout.flush()

@@ -232,7 +232,7 @@ TimeLimit = Annotated[
         "--time-limit",
         min=1.0,
         metavar="SECONDS",
-        help="Most time for reading the file; by default 8 seconds, and more for a large file.",
+        help="Most time for the command, and for reading; by default 115 and 8 seconds, more for a large file.",
     ),
 ]
 CutPlane = Annotated[

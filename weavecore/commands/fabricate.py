@@ -7,7 +7,8 @@ from typing import Annotated, Callable, Optional
 
 import typer
 
-from weavecore.commands.arguments import Quiet, length
+from weavecore.commands.arguments import Quiet, TimeLimit, length
+from weavecore.commands.time_limit import checked, start_clock
 from weavecore.fabricating.workshop import OVERLAP, PAPERS, SPLICES, TEMPLATES
 from weavecore.units import Length
 from weavecore.viewing.terminal import progress_bar, show_lines
@@ -75,6 +76,7 @@ def fabricate(
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
     ] = None,
+    time_limit: TimeLimit = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a folder that is there already.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -82,7 +84,9 @@ def fabricate(
 
     All lengths are millimetres, here and in the folder, unless a unit is written after them.
     """
-    with progress_bar(quiet=quiet) as show_progress:
+    start_clock(result, time_limit)
+    with progress_bar(quiet=quiet) as show_bar:
+        show_progress = checked(show_bar)
         from weavecore import pipeline
 
         workshop = pipeline.Workshop(

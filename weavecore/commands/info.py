@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from weavecore.commands.arguments import Input, TimeLimit
+from weavecore.commands.time_limit import checked, start_clock
 from weavecore.units import NO_UNIT, with_unit
 from weavecore.viewing.terminal import progress_bar, show_table
 
@@ -19,7 +20,9 @@ def info(input_file: Input, time_limit: TimeLimit = None) -> None:
     """List a file's objects and whether each can be woven, or why not."""
     from weavecore.pipeline import inspect_file
 
-    with progress_bar(quiet=False) as show_progress:
+    start_clock(input_file, time_limit)
+    with progress_bar(quiet=False) as show_bar:
+        show_progress = checked(show_bar)
         report = inspect_file(input_file, guarded=True, time_limit=time_limit, progress=show_progress)
     version = f", version {report.version}" if report.version else ""
     unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"

@@ -20,6 +20,7 @@ from weavecore.commands.arguments import (
     Weld,
 )
 from weavecore.commands.input_file import Repairs, describe_input, read_input, written_line
+from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -40,7 +41,9 @@ def mesh(
 ) -> None:
     """Write the triangle mesh that weave would use."""
     repairs = Repairs(weld, fill_holes, largest, side, strict)
-    with progress_bar(quiet=quiet) as show_progress:
+    start_clock(input_file, time_limit, extra=FINENESS_SECONDS if edge_target else 0.0)
+    with progress_bar(quiet=quiet) as show_bar:
+        show_progress = checked(show_bar)
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)

@@ -6,8 +6,9 @@ from typing import Annotated, Optional
 
 import typer
 
-from weavecore.commands.arguments import Overwrite, Quiet, ends_with
+from weavecore.commands.arguments import Overwrite, Quiet, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
+from weavecore.commands.time_limit import checked, start_clock
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -44,11 +45,14 @@ def simulate(
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
     ] = None,
+    time_limit: TimeLimit = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
     """Find where the rods come to rest: how far they move, their stress, the forces in ties, and stability."""
-    with progress_bar(quiet=quiet) as tell:
+    start_clock(result_file, time_limit)
+    with progress_bar(quiet=quiet) as show_bar:
+        tell = checked(show_bar)
         from weavecore import pipeline
 
         targets = [path for path in (out, picture) if path is not None]

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from weavecore.commands.arguments import Overwrite, Quiet, ends_with
+from weavecore.commands.arguments import Overwrite, Quiet, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
+from weavecore.commands.time_limit import checked, start_clock
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
 
@@ -18,6 +19,7 @@ def view(
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="OUT.html", callback=ends_with(".html"), help="The page.")
     ],
+    time_limit: TimeLimit = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -26,7 +28,9 @@ def view(
     Families and generations can be shown or hidden, rods selected to see length, least radius and marks, and
     the construction played step by step.
     """
-    with progress_bar(quiet=quiet) as show_progress:
+    start_clock(result_file, time_limit)
+    with progress_bar(quiet=quiet) as show_bar:
+        show_progress = checked(show_bar)
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)

@@ -32,6 +32,7 @@ from weavecore.commands.arguments import (
     lengths,
 )
 from weavecore.commands.input_file import Repairs, curves_of, describe_input, read_input, written_line
+from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
 
@@ -121,7 +122,9 @@ def weave(
     """
     targets = [path for path in (out, json, picture) if path is not None]
     repairs = Repairs(weld, fill_holes, largest, side, strict)
-    with progress_bar(quiet=quiet) as show_progress:
+    start_clock(input_file, time_limit, extra=FINENESS_SECONDS if edge_target else 0.0)
+    with progress_bar(quiet=quiet) as show_bar:
+        show_progress = checked(show_bar)
         from weavecore import pipeline
 
         pipeline.check_outputs(targets, overwrite=overwrite)

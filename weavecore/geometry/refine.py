@@ -24,13 +24,14 @@ from weavecore.errors import TooFarFromOrigin, TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, next_halfedge, previous_halfedge
 
-MAX_FACES = 5_000_000
-"""More faces than this are refused: they would take several gigabytes in later stages."""
+MAX_FACES = 2_500_000
+"""More faces than this are refused: an offset takes about 700 bytes a face, so these take 1.8 GB."""
 
 _MAX_ARCH_OF_EDGE = 1 / 12  # height of the arch over a border edge, as a part of the edge
 _MAX_ARCH_OF_LONGEST = 1 / 2  # and as a part of the longest edge: behind it faces have their ordinary size
 _MAX_ARCH_OF_FACE = 1 / 4  # and as a part of the face's height above that edge
 _FACE_AREA = 0.17  # of a refined face, in squares of the longest edge: halves of right angles are common
+_NEEDLE_EXPONENT = np.log2(3.0)  # a needle becomes three needles of half its length
 _MIN_ROUNDING_STEPS = 64.0  # of an edge: a shorter one has no midpoint between its ends
 _ROUNDED = 22  # bits of a length left out of account, so that moving the surface changes no choice
 _SCRAMBLE = np.int64(0x9E3779B97F4A7C15 & 0x7FFFFFFFFFFFFFFF)  # multiplier of Fibonacci hashing (Knuth)
@@ -57,7 +58,13 @@ class Refinement:
 
 
 def refine_faces(
-    vertices: Floats, faces: Ints, *, longest: float, protected: Bools | None = None, splittable: Bools | None = None
+    vertices: Floats,
+    faces: Ints,
+    *,
+    longest: float,
+    protected: Bools | None = None,
+    splittable: Bools | None = None,
+    most_faces: int = MAX_FACES,
 ) -> Refinement:
     """Refine the faces that have an edge longer than ``longest``; leave all others alone.
 
@@ -72,6 +79,8 @@ def refine_faces(
         Halfedges whose edge may not be bisected, besides those of the border; one of the two is enough.
     splittable : (3F,) bool, optional
         Halfedges of the border whose edge may be bisected all the same.
+    most_faces : int
+        More are refused.
 
     Returns
     -------
@@ -83,7 +92,7 @@ def refine_faces(
     Raises
     ------
     TooMuchWork
-        If more than `MAX_FACES` faces are to be expected.
+        If more than ``most_faces`` faces are to be expected.
     TooFarFromOrigin
         If ``longest`` is lost in the rounding of the coordinates.
     NonManifold
@@ -94,13 +103,13 @@ def refine_faces(
     queue = worked.long_faces(np.arange(len(faces)))
     if len(queue) == 0:
         return Refinement(vertices, faces, np.arange(len(faces)))
-    _check_work(vertices, faces[queue], longest)
+    _check_work(vertices, faces[queue], longest, most_faces)
     while len(queue):
         queue = worked.split(queue)
     return worked.result()
 
 
-def _check_work(vertices: Floats, faces: Ints, longest: float) -> None:
+def _check_work(vertices: Floats, faces: Ints, longest: float, most_faces: int) -> None:
     largest = float(np.abs(vertices).max())
     if longest < _MIN_ROUNDING_STEPS * np.spacing(largest):
         raise TooFarFromOrigin(
@@ -109,13 +118,22 @@ def _check_work(vertices: Floats, faces: Ints, longest: float) -> None:
         )
     a, b, c = (vertices[faces[:, k]] / longest for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    around = sum(np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a)))
-    expected = float(np.sum(area / _FACE_AREA + around))
-    if not expected <= MAX_FACES:
+    sides = np.sort([np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    halvings = np.log2(np.maximum(sides[2] / np.maximum(sides[0], 1.0), 1.0))
+    needles = 2.0 ** (_NEEDLE_EXPONENT * halvings)
+    each = area / _FACE_AREA + sides.sum(0) + needles
+    expected = float(each.sum())
+    if not expected <= most_faces:
         raise TooMuchWork(
-            f"Refining the mesh to edges of {longest:.4g} would make about {expected:.2g} faces",
-            remedy=f"Use a larger spacing: at most {MAX_FACES:,} faces are made.",
+            f"Refining the mesh to edges of {longest:.4g} would make about {expected:.2g} faces, more than "
+            f"{most_faces:,}; {each.max():.2g} of them of the face between {_places(vertices[faces[each.argmax()]])}",
+            remedy="Use a larger spacing, or remove a vertex that lies far off.",
         )
+
+
+def _places(points: Floats) -> str:
+    *first, last = (f"({x:.6g}, {y:.6g}, {z:.6g})" for x, y, z in points)
+    return f"{', '.join(first)} and {last}"
 
 
 class _Bisection:

@@ -57,7 +57,7 @@ class BandFilling:
         The polyline of each node that is no Steiner vertex, -1 on a free border, and the arc length on it.
     faces : BandFaces
     inverted : (k, 3) int64
-        Nodes of the inverted triangles at borders, if some of the borders are free.
+        Nodes of the inverted triangles.
     """
 
     divided: DividedPolylines
@@ -105,12 +105,7 @@ def fill_all_bands(
         faces = _with_better_valences(nodes, latitude, faces, ring_edges, longest)
     normals = node_normals(latitudes, latitude, station, faces, len(nodes))
     faces = repair_inverted_faces(latitudes.surface, nodes, normals, faces, ring_edges)
-    inverted = np.zeros((0, 3), np.int64)
-    if border_nodes.borders:
-        on_border = (latitude < 0) | (latitudes.generation[latitude] == 0)
-        steiner = np.zeros(len(nodes) - len(latitude), bool)
-        inverted = find_inverted_triangles(latitudes.surface, nodes, normals, faces)
-        inverted = inverted[np.concatenate([on_border, steiner])[inverted].any(1)]
+    inverted = find_inverted_triangles(latitudes.surface, nodes, faces)
     if not pattern.has_diagonals:
         faces = pair_triangles(faces, nodes, ring_edges, leave_few=pattern.even_cells)
     return BandFilling(divided, border_nodes, nodes, latitude, station, faces, inverted)

@@ -23,11 +23,10 @@ from __future__ import annotations
 from typing import Optional
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.bisection import unique_edges
-from weavecore.geometry.closest import nearest_on_triangles
+from weavecore.geometry.closest import FaceFinder, closest_faces
 from weavecore.geometry.lawson_flips import angle_at, stays_upright, turn_edges
 from weavecore.linking.arc_length import segments_at
 from weavecore.linking.band_faces import NO_CORNER, BandFaces
@@ -39,8 +38,6 @@ _REPAIRED = 0.2
 78°, so that a repaired triangle does not just miss being inverted."""
 _CERTAIN = 0.9
 """Below this cosine to the normals at its corners a triangle is compared with the nearest face of the surface."""
-_NEAREST_CENTROIDS = 12
-"""The nearest face is looked for among so many faces with the nearest centroids."""
 _VALENCE_INSIDE, _VALENCE_ON_BORDER = 6, 4
 """Edges at a node of a regular lattice of triangles."""
 _LEAST_ANGLE = np.radians(30.0)
@@ -60,7 +57,7 @@ class FaceOrientation:
     def __init__(self, surface: SurfaceMesh, normals: Floats) -> None:
         self._surface = surface
         self._normals = normals
-        self._tree: Optional[cKDTree] = None
+        self._finder: Optional[FaceFinder] = None
 
     def of_triangles(self, nodes: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
         """Cosine (k,) of each triangle.
@@ -101,17 +98,9 @@ class FaceOrientation:
         return cosine
 
     def _nearest_faces(self, points: Floats) -> Ints:
-        """The nearest of the few faces whose centroids are nearest."""
-        surface = self._surface
-        if self._tree is None:
-            self._tree = cKDTree(surface.vertices[surface.faces].mean(1))
-        few = min(_NEAREST_CENTROIDS, surface.n_faces)
-        faces = np.asarray(self._tree.query(points, k=few)[1], np.int64).reshape(len(points), few)
-        each = np.repeat(points, few, axis=0)
-        closest = nearest_on_triangles(each, surface.vertices[surface.faces[faces.ravel()]])
-        gap = np.linalg.norm(closest - each, axis=1).reshape(faces.shape)
-        nearest: Ints = faces[np.arange(len(points)), gap.argmin(1)]
-        return nearest
+        if self._finder is None:
+            self._finder = FaceFinder(self._surface.vertices, self._surface.faces)
+        return self._finder.find(points)[0]
 
 
 def _cosine(u: Floats, v: Floats) -> Floats:
@@ -157,14 +146,13 @@ def repair_inverted_faces(
     return BandFaces(corners, faces.band)
 
 
-def find_inverted_triangles(surface: SurfaceMesh, nodes: Floats, normals: Floats, faces: BandFaces) -> Ints:
-    """The triangles whose normals point against those of the surface.
+def find_inverted_triangles(surface: SurfaceMesh, nodes: Floats, faces: BandFaces) -> Ints:
+    """The triangles whose normals point against those of the faces nearest to their middles.
 
     Parameters
     ----------
     surface : SurfaceMesh
-    nodes, normals : (N, 3) float64
-        The nodes, and the normals of the surface there (`node_normals`).
+    nodes : (N, 3) float64
     faces : BandFaces
 
     Returns
@@ -172,7 +160,9 @@ def find_inverted_triangles(surface: SurfaceMesh, nodes: Floats, normals: Floats
     (k, 3) int64
     """
     triangles = faces.corners[faces.corners[:, 3] == NO_CORNER, :3]
-    inverted: Ints = triangles[FaceOrientation(surface, normals).of_triangles(nodes, *triangles.T) <= 0]
+    a, b, c = (nodes[triangles[:, k]] for k in range(3))
+    near, _ = closest_faces((a + b + c) / 3, surface.vertices, surface.faces)
+    inverted: Ints = triangles[(np.cross(b - a, c - a) * surface.face_normals[near]).sum(1) <= 0]
     return inverted
 
 

@@ -10,13 +10,14 @@ another pattern on the same latitudes.  A new one is a new entry in `DERIVED`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.errors import Unsupported
+from weavecore.errors import Degenerate, TooMuchWork, Unsupported
 from weavecore.geometry.arrays import offsets_of, rows_of
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.assemble import BandFilling, assemble, fill_all_bands
@@ -41,11 +42,25 @@ from weavecore.linking.small_rings import leave_out_small_rings
 from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
+from weavecore.model.lattice_fit import inverted_faces
 
 Progress = Optional[Callable[[float, str], None]]
 
 _MOST_REFINEMENTS = 8
 """Rounds of boundary refinement; each adds at most one node to an edge, so eight divide it into 256 parts."""
+
+MOST_NODES = 80_000
+"""Nodes of a lattice: each takes some 20 kB to link, smooth and weave, so these take 1.6 GB."""
+_NODE_OF_SQUARE = 0.87
+"""Area that a Steiner vertex of a pocket takes, in squares of the edge length: that of two equilateral triangles."""
+
+_OTHER_DIVISIONS = ((1.0, 1.0), (0.93, 1.0), (1.07, 1.0), (0.87, 1.0), (0.8, 1.0))
+"""Parts of the edge length, and factors by which counts may be off, with which polylines are divided again where faces
+lie inverted: a few nodes more or less often suffice for a fold."""
+_MOST_NODES_TO_DIVIDE_AGAIN = 5_000
+"""Larger lattices, which take seconds to divide, are divided once."""
+_MOST_REVERTS = 8
+"""Rounds in which nodes of faces that smoothing inverts move back, and with them those of their neighbours."""
 
 
 @dataclass(frozen=True)
@@ -139,15 +154,38 @@ def link_pattern(
     ------
     Unsupported
         When the edge length is not a positive number, or there is no such pattern.
+    TooMuchWork, Degenerate
+        As `link_latitudes`.
     """
     if known_pattern(pattern) in PATTERNS:
         wanted = PATTERNS[pattern].edge_per_spacing * latitudes.spacing if edge_length is None else edge_length
         kept = leave_out_small_rings(latitudes, wanted)
         lattice = link_latitudes(kept.latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
-        return smooth_bending(kept.restore(lattice), free_rings=free_rings)
+        lattice = kept.restore(lattice)
+        return _without_new_inversions(lattice, smooth_bending(lattice, free_rings=free_rings))
     made = DERIVED[pattern]
     lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, even_edges=True, progress=progress)
     return smooth_bending(made.derive(lattice, pattern))
+
+
+def _without_new_inversions(before: Lattice, after: Lattice) -> Lattice:
+    """The smoothed lattice with nodes moved back where smoothing inverts faces."""
+    known = inverted_faces(before)
+    back = np.zeros(before.n_nodes, bool)
+    for _ in range(_MOST_REVERTS):
+        inverted = np.setdiff1d(inverted_faces(after), known)
+        if len(inverted) == 0:
+            return after
+        face = rows_of(after.face_offsets)
+        back[after.face_nodes[np.isin(face, inverted)]] = True
+        around = np.unique(face[back[after.face_nodes]])
+        back[after.face_nodes[np.isin(face, around)]] = True
+        after = replace(
+            after,
+            nodes=np.where(back[:, None], before.nodes, after.nodes),
+            node_station=np.where(back, before.node_station, after.node_station),
+        )
+    return before
 
 
 def link_latitudes(
@@ -183,6 +221,8 @@ def link_latitudes(
     ------
     Unsupported
         When the edge length is not a positive number, or there is no such pattern.
+    TooMuchWork
+        When there would be more than `MOST_NODES` nodes.
     Degenerate
         When a band is too small for its topology at this edge length.
     """
@@ -193,15 +233,45 @@ def link_latitudes(
     length = design.edge_per_spacing * latitudes.spacing if edge_length is None else float(edge_length)
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
+    _check_work(latitudes, length)
     report(0.0, "dividing the latitudes")
-    filling = _divide_and_fill(latitudes, length, design)
-    if len(filling.inverted) and design.count_tolerance > 1.0:
-        # Counts that are chosen together may be too few or too many for a fold.
-        report(0.4, "dividing the latitudes again")
-        even = _divide_and_fill(latitudes, length, replace(design, count_tolerance=1.0))
-        filling = even if len(even.inverted) < len(filling.inverted) else filling
-    report(0.8, "smoothing the lattice")
-    return smooth_tangentially(assemble(latitudes, filling, design, length), filling.divided.cusps)
+    lattice = _linked(latitudes, length, length, design)
+    least = len(inverted_faces(lattice))
+    for tried, (factor, tolerance) in enumerate(_OTHER_DIVISIONS):
+        if least == 0 or lattice.n_nodes > _MOST_NODES_TO_DIVIDE_AGAIN:
+            break
+        report(0.3 + 0.6 * tried / len(_OTHER_DIVISIONS), "dividing the latitudes again")
+        other_design = replace(design, count_tolerance=min(tolerance, design.count_tolerance))
+        try:
+            other = _linked(latitudes, factor * length, length, other_design)
+        except (Degenerate, TooMuchWork):
+            continue
+        n_inverted = len(inverted_faces(other))
+        lattice, least = (other, n_inverted) if n_inverted < least else (lattice, least)
+    return lattice
+
+
+def _linked(latitudes: Latitudes, length: float, wanted: float, pattern: Pattern) -> Lattice:
+    """The lattice with edges of a length, where one of ``wanted`` was asked for."""
+    filling = _divide_and_fill(latitudes, length, pattern)
+    return smooth_tangentially(assemble(latitudes, filling, pattern, wanted), filling.divided.cusps)
+
+
+def _check_work(latitudes: Latitudes, length: float) -> None:
+    """Refuse more nodes on polylines, and in the pockets that these leave, than can be linked and woven in minutes."""
+    lengths = latitudes.polylines.lengths
+    total = float(lengths.sum())
+    # Each child has a strip of about a spacing behind it; what is left over are pockets.
+    pockets = max(latitudes.surface.area - latitudes.spacing * float(lengths[latitudes.generation > 0].sum()), 0.0)
+    expected = total / length + pockets / (_NODE_OF_SQUARE * length**2)
+    if expected > MOST_NODES:
+        # The edge at which these would be just as many: a quadratic equation in its inverse.
+        least = (total + math.sqrt(total**2 + 4 * MOST_NODES * pockets / _NODE_OF_SQUARE)) / (2 * MOST_NODES)
+        raise TooMuchWork(
+            f"Edges of {length:.4g} on polylines of {total:.4g} in all, and in pockets of {pockets:.4g} square units "
+            f"between them, would make about {expected:,.0f} nodes, more than {MOST_NODES:,}",
+            remedy=f"Use edges of at least {least:.3g}, or another spacing than {latitudes.spacing:.4g}.",
+        )
 
 
 def _divide_and_fill(latitudes: Latitudes, length: float, pattern: Pattern) -> BandFilling:

@@ -5,6 +5,8 @@ A polyline of length L gets round(L / edge length) edges, rounded to the multipl
     closed:  nodes = edges                at least 3
     open:    nodes = edges + 1            at least 1 edge, 2 where the polyline alone cuts off a stretch of border
 
+Of a closed border each run between two corners that is shorter than an edge counts as one edge.
+
 Where the pattern allows it (`Pattern.count_tolerance`), the counts of polylines that follow one another are chosen
 together, so that few rods across the rings end: see `ring_counts`.
 
@@ -16,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, connected, rows_of
+from weavecore.linking.node_placement import edges_with_corners
 from weavecore.linking.patterns import Pattern
 from weavecore.linking.ring_counts import choose_counts
 from weavecore.model.latitudes import Latitudes
@@ -42,8 +45,8 @@ def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern, is_b
     (P,) int64
     """
     multiple = pattern.count_multiple
-    fewest = -(-FEWEST_NODES // multiple) * multiple
-    ideal = latitudes.polylines.lengths / edge_length
+    ideal, for_corners = _edges_of_polylines(latitudes, edge_length)
+    fewest = -(-np.maximum(for_corners, FEWEST_NODES) // multiple) * multiple
     edges = np.maximum(np.rint(ideal / multiple).astype(np.int64) * multiple, fewest)
     is_open = ~latitudes.polylines.closed
     # With an odd number of edges an open polyline has an even number of nodes, as rings have.
@@ -54,6 +57,18 @@ def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern, is_b
         edges = _chosen_together(latitudes, edges, ideal, pattern, np.where(is_open, least, fewest))
     counts: Ints = edges + is_open
     return counts
+
+
+def _edges_of_polylines(latitudes: Latitudes, edge_length: float) -> tuple[Floats, Ints]:
+    """(P,) length of each polyline in edges, and (P,) fewest edges that closed borders need for their corners."""
+    polylines = latitudes.polylines
+    ideal, least = polylines.lengths / edge_length, np.zeros(len(latitudes), np.int64)
+    for p in np.flatnonzero(polylines.closed & (latitudes.generation == 0)).tolist():
+        part = slice(polylines.offsets[p], polylines.offsets[p + 1])
+        ideal[p], least[p] = edges_with_corners(
+            polylines.points[part], polylines.stations[part], float(polylines.lengths[p]), edge_length
+        )
+    return ideal, least
 
 
 def _chosen_together(latitudes: Latitudes, edges: Ints, ideal: Floats, pattern: Pattern, least: Ints) -> Ints:

@@ -2,7 +2,8 @@
 
 Nodes lie at equal arc lengths, but for
 
-* corners of a border, which become nodes, each run between two corners being divided evenly;
+* corners of a border, which become nodes, each run between two corners being divided evenly; of corners nearer to each
+  other than half an edge the sharper ones do;
 * cusps of a latitude (`parent_projections.find_cusps`), onto which the nearest nodes are moved while
   their neighbours follow part of the way;
 * the ends of an open latitude, where the first and last edge may be half as long:
@@ -33,8 +34,13 @@ CORNER_TURN = np.radians(40.0)
 well above the turn from edge to edge of any circle that is meshed with a dozen edges or more."""
 _LEAST_EDGE = 0.3
 """Part of an edge length that corners of an open border keep from its ends and from each other to become nodes."""
+_LEAST_RUN = 0.5
+"""The same of a closed border, and of an open one with as many corners as edges: a run between corners that is half an
+edge long is rounded to one edge, a shorter one to none."""
 _MOST_CORNERS = 3
-"""Corners that an open border of very few edges keeps; of a border with more, as of a jagged one, none is kept."""
+"""Corners that an open border of very few edges keeps at `_LEAST_EDGE`."""
+_TURN_DIGITS = 6
+"""Digits of radians to which turns are compared, so that of equal corners the first is taken."""
 _SPREAD = 2
 """Nodes on either side of one that is moved to a cusp over which the move fades out."""
 _HALF_EDGE_COST = 4.0
@@ -83,15 +89,47 @@ def divide_closed_border(points: Floats, stations: Floats, length: float, count:
     (count,) float64
         Rising, from 0 to below ``length``.
     """
-    turn = turning_angles(points)
-    corners = np.flatnonzero(turn > CORNER_TURN)
-    if len(corners) == 0 or len(corners) > count:
+    corners = _corners_of_loop(points, stations, length, _LEAST_RUN * length / count)
+    least = length / count
+    while len(corners) > count:
+        corners = _corners_of_loop(points, stations, length, least)
+        least *= 2.0
+    if len(corners) == 0:
+        turn = turning_angles(points)
         start = int(np.argmax(turn > turn.max() - 1e-9))
         return np.sort((stations[start] + np.arange(count) * (length / count)) % length)
-    runs = np.diff(np.append(stations[corners], stations[corners[0]] + length))
+    runs = np.diff(np.append(corners, corners[0] + length))
     parts = _apportion(runs, count)
-    nodes = [s + np.arange(n) * (run / n) for s, run, n in zip(stations[corners], runs, parts)]
+    nodes = [s + np.arange(n) * (run / n) for s, run, n in zip(corners, runs, parts)]
     return np.sort(np.concatenate(nodes) % length)
+
+
+def edges_with_corners(points: Floats, stations: Floats, length: float, edge_length: float) -> tuple[float, int]:
+    """How many edges a closed border needs for its corners.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    stations : (n,) float64
+        Of the points.
+    length : float
+        Of the border.
+    edge_length : float
+        Wanted length of the edges.
+
+    Returns
+    -------
+    ideal : float
+        Length of the border in edges, runs between corners that are shorter than an edge counted as one.
+    least : int
+        Fewest edges with which the longer runs keep theirs: 0 where no run is shorter.
+    """
+    corners = _corners_of_loop(points, stations, length, _LEAST_RUN * edge_length)
+    if len(corners) == 0:
+        return length / edge_length, 0
+    runs = np.diff(np.append(corners, corners[0] + length)) / edge_length
+    is_short = bool((runs < 1.0).any())
+    return float(np.maximum(runs, 1.0).sum()), int(np.maximum(np.rint(runs), 1.0).sum()) if is_short else 0
 
 
 def divide_open_border(points: Floats, stations: Floats, length: float, count: int) -> Floats:
@@ -104,8 +142,8 @@ def divide_open_border(points: Floats, stations: Floats, length: float, count: i
         Of the points.
     length : float
     count : int
-        Number of edges.  Corners raise it where it is so low that they would be lost, unless there are many,
-        or they lie very near to the ends.
+        Number of edges.  Corners raise it where it is so low that they would be lost, or that other runs would lose
+        edges to short ones, unless they lie very near to the ends or to each other.
 
     Returns
     -------
@@ -116,11 +154,13 @@ def divide_open_border(points: Floats, stations: Floats, length: float, count: i
     turn = turning_angles(points)[1:-1]
     is_corner = turn > CORNER_TURN
     corners = _separated(stations[1:-1][is_corner], turn[is_corner], length, _LEAST_EDGE * edge)
-    if len(corners) == 0 or len(corners) >= max(count, _MOST_CORNERS):
+    if len(corners) >= max(count, _MOST_CORNERS):
+        corners = _separated(stations[1:-1][is_corner], turn[is_corner], length, _LEAST_RUN * edge)
+    if len(corners) == 0:
         return np.linspace(0.0, length, count + 1)
     starts = np.concatenate([[0.0], corners])
     runs = np.diff(np.append(starts, length))
-    parts = _apportion(runs, max(count, len(runs)))
+    parts = _apportion(runs, max(count, int(np.maximum(np.rint(runs / edge), 1.0).sum())))
     nodes = [s + np.arange(n) * (run / n) for s, run, n in zip(starts, runs, parts)]
     return np.append(np.concatenate(nodes), length)
 
@@ -206,6 +246,18 @@ def turning_angles(points: Floats) -> Floats:
     cross = np.linalg.norm(np.cross(behind, ahead), axis=1)
     angles: Floats = np.arctan2(cross, (behind * ahead).sum(1)).astype(np.float64)
     return angles
+
+
+def _corners_of_loop(points: Floats, stations: Floats, length: float, least: float) -> Floats:
+    """Stations (k,), rising, of the corners of a closed border that keep a distance; sharper corners go first."""
+    turn = turning_angles(points)
+    at = np.flatnonzero(turn > CORNER_TURN)
+    corners, kept = stations[at], np.zeros(0)
+    for k in np.argsort(-np.round(turn[at], _TURN_DIGITS), kind="stable").tolist():
+        apart = np.abs(corners[k] - kept)
+        if np.minimum(apart, length - apart).min(initial=length) >= least:
+            kept = np.append(kept, corners[k])
+    return np.sort(kept)
 
 
 def _separated(corners: Floats, turn: Floats, length: float, least: float) -> Floats:

@@ -201,6 +201,12 @@ class SurfaceMesh:
         return lengths
 
     @cached_property
+    def area(self) -> float:
+        """Sum of the areas of the faces, in square units."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+
+    @cached_property
     def face_normals(self) -> Floats:
         """(F, 3) unit normals; zero where a face has no area."""
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))

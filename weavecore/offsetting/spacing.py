@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from weavecore.errors import Unsupported
+from weavecore.errors import TooMuchWork, Unsupported
 from weavecore.geometry.arrays import Floats, Ints, frozen
 from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.geometry.refine import refine_faces
@@ -159,6 +159,16 @@ MAX_TURN_PER_SPACING = 1.5
 
 _FEW_FACES = 2000  # such a mesh may be coarser than the surface is deep
 _MIN_EDGES_ACROSS = 12  # a square of the surface's area
+_MOST_FACES_FOR_DEPTH = 100_000  # twice what the most slender of ordinary surfaces is refined to
+_MOST_STEPS_FOR_DEPTH = 5_000  # ordinary surfaces take 20 to 400
+
+MOST_CELLS = 10_000
+"""Squares of the spacing that the area of the surface holds at most at a suggested spacing, as long as
+`FEWEST_GENERATIONS` fit: a long strip fifteen generations deep would be woven from many times as many nodes as anybody
+builds, and takes as much longer to compute."""
+
+FEWEST_GENERATIONS = 2
+"""Generations that a spacing suggested for a long strip leaves."""
 
 _ROUND_NUMBERS = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 
@@ -185,7 +195,8 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
     if depth == 0:  # All vertices lie on borders still: as deep as the circle in the widest face.
         depth = 2 * float((areas / surface.edge_lengths.reshape(-1, 3).sum(1)).max())
     wanted = min(depth / N_GENERATIONS, MAX_TURN_PER_SPACING * _mean_radius(surface, float(areas.sum())))
-    return round_length(max(wanted, min(SUGGESTED_EDGES_PER_SPACING * mean_edge, depth / MIN_GENERATIONS)))
+    wanted = max(wanted, min(SUGGESTED_EDGES_PER_SPACING * mean_edge, depth / MIN_GENERATIONS))
+    return round_length(max(wanted, min(math.sqrt(float(areas.sum()) / MOST_CELLS), depth / FEWEST_GENERATIONS)))
 
 
 def round_length(length: float) -> float:
@@ -227,9 +238,22 @@ def _depth_along_edges(surface: SurfaceMesh) -> float:
 
 
 def _depth_of_few_faces(surface: SurfaceMesh, *, longest: float) -> float:
-    """The same where edges may be as long as the surface is deep, or no vertex lies off the borders."""
-    fine = refine_faces(
-        surface.vertices, surface.faces, longest=longest, protected=surface.is_cut, splittable=surface.is_free_border
-    )
-    distance = measure_distance(replace(surface, vertices=fine.vertices, faces=fine.faces)).distance
+    """The same where edges may be as long as the surface is deep, or no vertex lies off the borders.
+
+    Where that is too much work, as on a spike, it is measured along the edges as they are.
+    """
+    try:
+        fine = refine_faces(
+            surface.vertices,
+            surface.faces,
+            longest=longest,
+            protected=surface.is_cut,
+            splittable=surface.is_free_border,
+            most_faces=_MOST_FACES_FOR_DEPTH,
+        )
+        distance = measure_distance(
+            replace(surface, vertices=fine.vertices, faces=fine.faces), most_steps=_MOST_STEPS_FOR_DEPTH
+        ).distance
+    except TooMuchWork:
+        return _depth_along_edges(surface)
     return float(distance[np.isfinite(distance)].max())

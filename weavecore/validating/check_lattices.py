@@ -15,6 +15,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.closest import closest_faces
 from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, Lattice
+from weavecore.model.lattice_fit import edge_gaps, inverted_faces
 from weavecore.model.strands import Strands
 from weavecore.validating.band_curves import origins_along_borders
 from weavecore.validating.report import Finding, count
@@ -27,6 +28,10 @@ _SHORTEST_EDGE = 1e-3
 
 _INVERTED_SHARE = 0.002
 """Greatest share of faces whose normal is against the surface: a lattice coarser than a fold inverts a face or two."""
+
+_GAP = 0.6
+"""Distance of an edge from the surface as a part of the spacing or of the edge length, whichever is longer: an edge
+over a crease of 90° leaves it by up to 0.5 of its own length."""
 
 RINGS_BETWEEN = ("hexagonal", "kagome")
 """Patterns whose inner rings run between the latitudes."""
@@ -159,11 +164,13 @@ def _check_places(lattice: Lattice) -> Iterator[Finding]:
         _, place = closest_faces(lattice.nodes, surface.vertices, surface.faces)
         off = np.linalg.norm(place - lattice.nodes, axis=1)
         yield Finding("nodes_off_surface_of_size", float(off.max(initial=0.0)) / surface.size, _OFF_LATITUDE)
-    middle, area = _middles_and_areas(lattice)
-    near, _ = closest_faces(middle, surface.vertices, surface.faces)
-    flipped = np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
+    flipped = inverted_faces(lattice)
     share = len(flipped) / max(1, lattice.n_faces)
     yield Finding("flipped_faces_share", share, _INVERTED_SHARE, tuple(flipped.tolist()), "face")
+    reach = max(lattice.latitudes.spacing, lattice.edge_length)
+    gaps = edge_gaps(lattice) / reach
+    off_edges = np.flatnonzero(gaps > _GAP)
+    yield Finding("edges_off_surface_of_spacing", float(gaps.max(initial=0.0)), _GAP, tuple(off_edges.tolist()), "edge")
 
 
 def _on_border(lattice: Lattice) -> Bools:
@@ -174,21 +181,6 @@ def _on_border(lattice: Lattice) -> Bools:
     flag = np.zeros(n, bool)
     flag[tail[naked]] = flag[head[naked]] = True
     return flag
-
-
-def _middles_and_areas(lattice: Lattice) -> tuple[Floats, Floats]:
-    """Mean of the corners (F, 3) and area vector (F, 3) of each face, planar or not."""
-    tail, head = _halfedges_of(lattice)
-    face = rows_of(lattice.face_offsets)
-    corners = np.maximum(np.diff(lattice.face_offsets), 1)[:, None]
-    middle = _sum_by_face(lattice.nodes[tail], face, lattice.n_faces) / corners
-    cross = np.cross(lattice.nodes[tail] - middle[face], lattice.nodes[head] - middle[face]) / 2
-    return middle, _sum_by_face(cross, face, lattice.n_faces)
-
-
-def _sum_by_face(values: Floats, face: Ints, n_faces: int) -> Floats:
-    sums: Floats = np.stack([np.bincount(face, column, minlength=n_faces) for column in values.T], axis=1)
-    return sums
 
 
 def _check_families(lattice: Lattice) -> Iterator[Finding]:

@@ -24,7 +24,7 @@ from weavecore.model.weave import Weave
 from weavecore.weaving.axes import lay_axes
 from weavecore.weaving.bending import material_named, measure_bending
 from weavecore.weaving.breaks import break_strands, find_breaks
-from weavecore.weaving.clearance import find_clashes
+from weavecore.weaving.clearance import check_work, find_clashes
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.stock import LEAST_RODS, choose_diameter, next_thinner, stock_diameters
@@ -75,6 +75,8 @@ def weave_lattice(
     ------
     Unsupported
         Where the diameter is not positive, or the material or style is not known.
+    TooMuchWork
+        Where the rods are too thin or too thick to be compared with each other.
     """
     report = progress or (lambda _fraction, _label: None)
     diameter = 1.0 if rod_diameter is None else float(rod_diameter)
@@ -128,6 +130,8 @@ class _Woven:
 
     def bend(self, strands: Strands, diameter: float, like: Optional[_Bent] = None) -> _Bent:
         """Lay rods of a diameter over and under each other and measure how they are bent."""
+        lattice = self.lattice
+        check_work(float(lattice.edge_lengths.sum()), lattice.n_edges, lattice.latitudes.surface.area, diameter)
         if like is None:
             lean = find_lean(strands, self.lattice)
             order = order_rods(self.lattice, strands, lean, self.style)

@@ -252,6 +252,8 @@ def advance(
     state, start = rays.state.take(index), rays.start.take(index)
     while len(index):
         _step(frames, tentative, state, start)
+        tentative.n_steps += 1
+        tentative.n_crossed += len(index)
         moving = state.distance < until
         if int(moving.sum()) < COMPACTED_SHARE * len(index):
             done, go = np.flatnonzero(~moving), np.flatnonzero(moving)
@@ -485,10 +487,15 @@ class TentativeDistances:
         By which the best ray entered its face, -1 where there is none; ``ux, uy`` are in its frame.
     ux, uy : (V,) float64
         Unit direction in which the path arrives.
+    n_steps : int
+        How often rays have been stepped across faces, all that move at once.
+    n_crossed : int
+        How many faces they have crossed.
     """
 
     def __init__(self, frames: Unfolding, sources: Ints) -> None:
         n = len(frames.vertices)
+        self.n_steps = self.n_crossed = 0
         self.frames = frames
         self.score = np.full(n, np.inf)
         self.distance = np.full(n, np.inf)

@@ -19,6 +19,7 @@ from typing import Callable, Optional
 
 import numpy as np
 
+from weavecore.errors import TooMuchWork
 from weavecore.geometry.arrays import Floats, frozen
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN
@@ -38,6 +39,17 @@ Progress = Optional[Callable[[float, str], None]]
 STRIDE = 3.0
 """Median edge lengths between two comparisons of the front: a gap grows by 1 + k s, so it at most doubles on the way
 where the front's radius is three edges or more."""
+
+MOST_STRIDES = 5_000
+"""Strides from one end of the surface to the other: each takes some milliseconds, however few rays there are, and a
+mesh of even edges that is so many strides wide would have a hundred million faces."""
+
+MOST_STEPS = 50_000
+"""Steps of rays across faces, of which each takes about 0.2 ms: ordinary surfaces take 50 to 1,000, a spike of needles,
+around which rays wind, millions."""
+
+_CROSSED_A_STEP = 100  # faces that many rays cross in the time of one step of few rays
+_MOST_CROSSED_A_FACE = 20  # ordinary surfaces: 2 to 11
 
 _NO_GAP = 1e-12  # added to the gaps at the start, which are 0 where a fan leaves a corner: 0 would read as unknown
 
@@ -64,13 +76,15 @@ class DistanceField:
         object.__setattr__(self, "gradient", frozen(self.gradient, np.float64, (n, 3)))
 
 
-def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> DistanceField:
+def measure_distance(surface: SurfaceMesh, *, most_steps: int = MOST_STEPS, progress: Progress = None) -> DistanceField:
     """Measure the distance from the origins along the surface.
 
     Parameters
     ----------
     surface : SurfaceMesh
         Each component has an origin.
+    most_steps : int
+        More steps of rays are refused.
     progress : callable, optional
         Called with a fraction and a label; may raise to cancel.
 
@@ -78,12 +92,47 @@ def measure_distance(surface: SurfaceMesh, *, progress: Progress = None) -> Dist
     -------
     DistanceField
         Distance and direction at every vertex, in the model's unit.
+
+    Raises
+    ------
+    TooMuchWork
+        If the surface is too wide for its median edge, or its faces are such needles that rays take too many steps.
     """
+    _check_width(surface)
     frames, scale = _frames_of(surface)
-    tentative = _propagate(frames, surface, progress)
+    tentative = _propagate(frames, surface, most_steps, progress)
     gradient = relax_sources(frames, tentative)
     n = surface.n_vertices
     return DistanceField(tentative.distance[:n] * scale, gradient[:n])
+
+
+def _check_width(surface: SurfaceMesh) -> None:
+    """Refuse a surface that is so wide in median edge lengths that the strides alone would take minutes."""
+    edge = float(np.median(surface.edge_lengths))
+    width = float(np.ptp(surface.vertices, axis=0).max())
+    if width > MOST_STRIDES * STRIDE * edge:
+        middle = np.median(surface.vertices, axis=0)
+        x, y, z = surface.vertices[np.linalg.norm(surface.vertices - middle, axis=1).argmax()]
+        raise TooMuchWork(
+            f"The surface is {width:.4g} wide, {width / edge:,.0f} times the median edge of its mesh ({edge:.4g}); "
+            f"the vertex farthest off lies at ({x:.6g}, {y:.6g}, {z:.6g})",
+            remedy="Remove that vertex if it is stray, weave pieces of very different size one by one, or give the "
+            "mesh edges of more equal length.",
+        )
+
+
+def _too_many_steps(surface: SurfaceMesh) -> TooMuchWork:
+    squares = surface.edge_lengths.reshape(-1, 3) ** 2
+    face = int((squares.max(1) / np.maximum(squares.min(1), np.finfo(float).tiny)).argmax())
+    x, y, z = surface.vertices[surface.faces[face]].mean(0)
+    longest, shortest = np.sqrt(squares[face].max()), np.sqrt(squares[face].min())
+    return TooMuchWork(
+        f"Distances take too long to measure on edges of such different lengths; the face where they differ most, "
+        f"{longest:.4g} by {shortest:.4g}, lies at ({x:.6g}, {y:.6g}, {z:.6g})",
+        remedy="Remesh the surface with edges of more equal length, or remove a vertex that lies far off.",
+        ids=[face],
+        kind="face",
+    )
 
 
 def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
@@ -97,7 +146,7 @@ def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
     return Unfolding(centred / scale, surface.faces, twins), scale
 
 
-def _propagate(frames: Unfolding, surface: SurfaceMesh, progress: Progress) -> TentativeDistances:
+def _propagate(frames: Unfolding, surface: SurfaceMesh, most_steps: int, progress: Progress) -> TentativeDistances:
     """Advance the front by one stride after another until nothing is left to reach.
 
     It ends when no ray moves and no face waits.  It also ends once the front has come further than the furthest vertex
@@ -111,7 +160,7 @@ def _propagate(frames: Unfolding, surface: SurfaceMesh, progress: Progress) -> T
     unlink_across_free_borders(rays, surface)
     rays.links.gap = FrontSnapshot(frames, rays, 0.0).gap + _NO_GAP
     offer_at_start(frames, tentative, rays)
-    distance = 0.0
+    distance, kept = 0.0, 0
     while len(rays) or not unswept.is_empty:
         distance += STRIDE
         advance(frames, tentative, rays, distance)
@@ -120,6 +169,10 @@ def _propagate(frames: Unfolding, surface: SurfaceMesh, progress: Progress) -> T
         rays = _joined(frames, tentative, rays, new, distance)
         unlink_across_free_borders(rays, surface)
         rays = _repair_front(frames, tentative, rays, unswept, distance)
+        kept += len(rays)
+        crossed = tentative.n_crossed + kept - _MOST_CROSSED_A_FACE * surface.n_faces
+        if tentative.n_steps + distance / STRIDE + max(crossed, 0) / _CROSSED_A_STEP > most_steps:
+            raise _too_many_steps(surface)
         if progress is not None:
             progress(float(np.isfinite(tentative.distance).mean()), "offsetting the borders")
         reached = tentative.distance[np.isfinite(tentative.distance)].max()

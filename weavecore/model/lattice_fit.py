@@ -1,0 +1,64 @@
+"""How well a lattice follows its surface: the gap under its edges, and its inverted faces.
+
+    gap of an edge          o────────o         at a quarter, half and three quarters of the way from node to node
+                           ╱ ╲__↕__╱ ╲
+
+A face is *inverted* where its normal points against that of the surface nearest to its middle.  Both happen where a
+fold is narrower than the edges are long.  Time is O(n log n) for n faces of both meshes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.closest import closest_faces
+from weavecore.model.lattice import Lattice
+
+_PARTS = np.array([0.25, 0.5, 0.75])
+"""Where gaps are measured; over a crease the gap is widest where the edge crosses it."""
+
+
+def edge_gaps(lattice: Lattice) -> Floats:
+    """(E,) greatest distance of each edge from the surface, in the model's unit.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    """
+    a, b = lattice.nodes[lattice.edges[:, 0]], lattice.nodes[lattice.edges[:, 1]]
+    points = (a + _PARTS[:, None, None] * (b - a)).reshape(-1, 3)
+    surface = lattice.latitudes.surface
+    _, place = closest_faces(points, surface.vertices, surface.faces)
+    gaps: Floats = np.linalg.norm(place - points, axis=1).reshape(len(_PARTS), -1).max(0)
+    return gaps
+
+
+def face_middles(lattice: Lattice) -> tuple[Floats, Floats]:
+    """Mean of the corners (F, 3) and area vector (F, 3) of each face, planar or not.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    """
+    first, face = lattice.face_offsets[:-1], rows_of(lattice.face_offsets)
+    corners = lattice.nodes[lattice.face_nodes]
+    heads = corners[next_in_loop(lattice.face_offsets)]
+    if len(first) == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    middle = np.add.reduceat(corners, first) / np.diff(lattice.face_offsets)[:, None]
+    cross = np.cross(corners - middle[face], heads - middle[face]) / 2
+    return middle, np.add.reduceat(cross, first)
+
+
+def inverted_faces(lattice: Lattice) -> Ints:
+    """Faces whose normals point against that of the surface nearest to their middles, in rising order.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    """
+    surface = lattice.latitudes.surface
+    middle, area = face_middles(lattice)
+    near, _ = closest_faces(middle, surface.vertices, surface.faces)
+    return np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
