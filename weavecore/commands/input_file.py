@@ -53,6 +53,8 @@ def read_input(
     time_limit: Optional[float] = None,
     progress: Optional[Callable[[float, str], None]] = None,
     repairs: Optional[Repairs] = None,
+    borders: Optional[Sequence[int]] = None,
+    curves: Optional[Sequence[str]] = None,
 ) -> SurfaceMesh:
     """Read the surface of a file in a child process, and print its warnings in one line each.
 
@@ -73,6 +75,10 @@ def read_input(
         Called with a fraction and a label.
     repairs : Repairs, optional
         What is repaired or left out beyond the usual.
+    borders : sequence of int, optional
+        Numbers of the borders at which the weave starts.
+    curves : sequence of str, optional
+        Names or files of the curves at which it starts; see `curves_of`.
 
     Returns
     -------
@@ -109,7 +115,8 @@ def read_input(
         pipeline.refuse_doubts(surface)
     for warning in caught:
         typer.echo(f"weavecore: warning: {UnitUnknown.code}: {warning.message}", err=True)
-    return surface
+    found = curves_of(path, curves, unit=surface.unit, time_limit=time_limit) if curves else None
+    return pipeline.start_at(surface, borders=borders, curves=found)
 
 
 def curves_of(path: Path, names: Sequence[str], *, unit: str, time_limit: Optional[float]) -> list[Floats]:
@@ -153,8 +160,10 @@ def describe_input(
     layers: Optional[Sequence[str]],
     objects: Optional[Sequence[str]],
     edge_target: Optional[Length],
+    repairs: Repairs,
+    **more: object,
 ) -> dict[str, object]:
-    """List what was read, as it is recorded in the output.
+    """List what was read and how, as it is recorded in the output.
 
     Parameters
     ----------
@@ -162,6 +171,9 @@ def describe_input(
     surface : SurfaceMesh
     layers, objects : sequence of str or None
     edge_target : Length or None
+    repairs : Repairs
+    **more : object
+        Further options by the names under which they are recorded.
 
     Returns
     -------
@@ -173,6 +185,8 @@ def describe_input(
         "layer": _names_as_json(layers),
         "object": _names_as_json(objects),
         "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
+        **repairs.parameters(surface.unit),
+        **more,
     }
     return {key: option for key, option in options.items() if option is not None}
 

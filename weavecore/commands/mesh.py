@@ -57,8 +57,9 @@ def mesh(
             progress=part_of(show_progress, 0.0, 0.7),
             repairs=repairs,
         )
-        parameters = describe_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
-        parameters.update(repairs.parameters(surface.unit))
+        parameters = describe_input(
+            input_file, surface, layers=layer, objects=object_name, edge_target=edge_target, repairs=repairs
+        )
         pipeline.export_together(
             surface, [out], overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.7, 1.0)
         )

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import TYPE_CHECKING, Annotated, Callable, Optional
 
 import typer
 
@@ -31,10 +31,13 @@ from weavecore.commands.arguments import (
     length,
     lengths,
 )
-from weavecore.commands.input_file import Repairs, curves_of, describe_input, read_input, written_line
+from weavecore.commands.input_file import Repairs, describe_input, read_input, written_line
 from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+
+if TYPE_CHECKING:
+    from weavecore.model import Latitudes, SurfaceMesh
 
 _MATERIALS = "What the rods are made of: gfrp, gfrp-short, bamboo, rattan or steel-strip."
 
@@ -141,24 +144,14 @@ def weave(
             time_limit=time_limit,
             progress=part_of(show_progress, 0.0, 0.1),
             repairs=repairs,
-        )
-        surface = pipeline.start_at(
-            surface,
             borders=borders.values if borders else None,
-            curves=curves_of(input_file, curve, unit=surface.unit, time_limit=time_limit) if curve else None,
+            curves=curve,
         )
-        latitudes = pipeline.offset(
-            surface,
-            spacing=spacing.in_unit(surface.unit) if spacing else None,
-            method=method,
-            progress=part_of(show_progress, 0.1, 0.5),
-        )
-        if strict:
-            pipeline.refuse_doubts(latitudes.surface)
-        edge_length = edge.in_unit(surface.unit) if edge else None
+        progress = part_of(show_progress, 0.1, 0.5)
+        latitudes = _offset(surface, spacing, method=method, strict=strict, progress=progress)
         lattice = pipeline.link(
             latitudes,
-            edge_length=edge_length,
+            edge_length=edge.in_unit(surface.unit) if edge else None,
             pattern=pattern,
             free_rings=free_rings,
             progress=part_of(show_progress, 0.5, 0.7),
@@ -170,11 +163,18 @@ def weave(
             over_under=over_under,
             progress=part_of(show_progress, 0.7, 0.85),
         )
-        parameters = describe_input(input_file, surface, layers=layer, objects=object_name, edge_target=edge_target)
-        parameters |= {"method": method, **repairs.parameters(surface.unit)}
-        parameters |= {"cut_plane": cut_plane.numbers} if cut_plane else {}
-        parameters |= {"borders": borders.values} if borders else {}
-        parameters |= {"curves": curve} if curve else {}
+        parameters = describe_input(
+            input_file,
+            surface,
+            layers=layer,
+            objects=object_name,
+            edge_target=edge_target,
+            repairs=repairs,
+            method=method,
+            cut_plane=cut_plane.numbers if cut_plane else None,
+            borders=borders.values if borders else None,
+            curves=curve or None,
+        )
         pipeline.export_together(
             woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.85, 1.0)
         )
@@ -182,3 +182,21 @@ def weave(
     if not quiet:
         notes = {} if spacing else {"spacing": " (chosen; set it with --spacing)"}
         show_lines([(label, text + notes.get(label, "")) for label, text in lines] + written_line(targets))
+
+
+def _offset(
+    surface: "SurfaceMesh",
+    spacing: Optional[Lengths],
+    *,
+    method: str,
+    strict: bool,
+    progress: Callable[[float, str], None],
+) -> "Latitudes":
+    """Offset a surface, and with ``strict`` refuse one about which there are doubts."""
+    from weavecore import pipeline
+
+    wanted = spacing.in_unit(surface.unit) if spacing else None
+    latitudes = pipeline.offset(surface, spacing=wanted, method=method, progress=progress)
+    if strict:
+        pipeline.refuse_doubts(latitudes.surface)
+    return latitudes

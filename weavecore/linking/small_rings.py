@@ -10,8 +10,8 @@ broken at every node into rods of one edge::
         /   |   \                /   |   \
 
 Rings are left out from the last ones outwards, two at most one behind the other: each has a pocket, a disc, on one side
-and other rings or borders on the other.  The bands on its two sides become one, whose Euler characteristic is the sum of theirs.  O(S) for S sides of
-bands, for each ring that is left out.
+and other rings or borders on the other.  The bands on its two sides become one, whose Euler characteristic is the sum
+of theirs.  O(S) for S sides of bands, for each ring that is left out.
 """
 
 from __future__ import annotations
