@@ -294,12 +294,15 @@ def _pinch_notes(vertices: Floats, fan_place: Ints, n_given: Ints) -> list[Note]
 
 
 def _non_manifold_error(vertices: Floats, faces: Ints, ids: Ints, halfedges: Ints) -> NonManifold:
-    middle = vertices[faces.ravel()[halfedges[0]]] / 2 + vertices[faces.ravel()[next_halfedge(halfedges[:1])[0]]] / 2
+    corner = faces.ravel()
+    ends = np.stack([vertices[corner[halfedges]], vertices[corner[next_halfedge(halfedges)]]], axis=1)
+    middle = ends[0].mean(0)
     return NonManifold(
         f"Edges with more than two faces, first at {at(middle)}",
         remedy="Remove the extra faces, so that at most two meet along each edge; weavecore info --marks shows them.",
         ids=np.unique(ids[halfedges // 3]).tolist(),
         kind="face",
+        points=ends.reshape(-1, 3).tolist(),
     )
 
 
