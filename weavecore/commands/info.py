@@ -26,7 +26,9 @@ def info(
     marks: Annotated[
         Optional[Path],
         typer.Option(
-            metavar="OUT.3dm", callback=ends_with(".3dm"), help="Write bad edges, gaps, doubts and borders to look at."
+            metavar="OUT.3dm",
+            callback=ends_with(".3dm"),
+            help="Write bad edges, gaps, doubts and borders as coloured curves and dots.",
         ),
     ] = None,
     time_limit: TimeLimit = None,
