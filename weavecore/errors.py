@@ -7,7 +7,7 @@ exception that fits, so that ``except ValueError`` works as well.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 _MOST_IDS_SHOWN = 8
 """Ids that a message lists; with more it counts them."""
@@ -26,11 +26,16 @@ class WeaveError(Exception):
         The offending faces, vertices, object ids or layer names.
     kind : str, optional
         What the ids are: ``"face"``, ``"vertex"``, ``"object"``, ``"layer"``…
+    points : iterable of (x, y, z), optional
+        Where: the two ends of each offending edge, one edge after the other.
     """
 
     code: ClassVar[str] = "WEAVE_ERROR"
 
-    def __init__(self, what: str, *, remedy: str, ids: Iterable[object] = (), kind: str = "") -> None:
+    def __init__(
+        self, what: str, *, remedy: str, ids: Iterable[object] = (), kind: str = "", points: Iterable[Any] = ()
+    ) -> None:
+        self.points = tuple(points)
         self.what = what
         self.remedy = remedy
         self.ids = tuple(ids)

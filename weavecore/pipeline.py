@@ -9,6 +9,7 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 
 from weavecore.errors import Doubtful, Unsupported
+from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
@@ -27,7 +28,15 @@ from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
 from weavecore.offsetting.spacing import Spacing, suggest_spacing
-from weavecore.reading import curves_from, inspect_file, read_curves, read_result, read_surface, surface_from
+from weavecore.reading import (
+    FileReport,
+    curves_from,
+    inspect_file,
+    read_curves,
+    read_result,
+    read_surface,
+    surface_from,
+)
 from weavecore.reading.formats.result_json import read_weave
 from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports
@@ -68,6 +77,7 @@ __all__ = [
     "surface_from",
     "validate",
     "weave",
+    "write_marks",
 ]
 
 Progress = Callable[[float, str], None]
@@ -352,6 +362,26 @@ def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
     for path in targets:
         writer_for(path)
     check_targets(targets, overwrite=overwrite)
+
+
+def write_marks(report: FileReport, path: PathLike, *, overwrite: bool = False) -> None:
+    """Write what `inspect_file` found to look at: bad edges, gaps and borders as coloured curves, notes as dots.
+
+    Parameters
+    ----------
+    report : FileReport
+    path : path
+        Ends with ``.3dm``.
+    overwrite : bool
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    OutputExists, NotWritten
+    """
+    marks = [mark for one in report.objects for mark in one.marks]
+    check_targets([path], overwrite=overwrite)
+    write_whole(path, encode_marks(marks, unit=report.unit, tolerance=report.tolerance), overwrite=overwrite)
 
 
 def draw_picture(

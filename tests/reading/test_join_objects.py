@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import rhino_shapes as make
+from raw_meshes import grid, moved
 from weavecore.errors import AmbiguousSurface, NoSurface
 from weavecore.model.notes import texts_of
 from weavecore.reading import read_surface
@@ -159,3 +160,37 @@ def test_edges_are_as_long_as_asked_for(shell):
 def test_the_order_of_the_names_does_not_matter(shell):
     one, two = (read_surface(shell, object=names) for names in (["wall", "floor"], ["floor", "wall"]))
     assert one.vertices.tobytes() == two.vertices.tobytes()
+
+
+def _saved_meshes(path, *sheets):
+    document = r.File3dm()
+    document.Settings.ModelAbsoluteTolerance = 0.001
+    for name, vertices, quads in sheets:
+        mesh = r.Mesh()
+        for point in vertices.tolist():
+            mesh.Vertices.Add(*point)
+        for quad in quads.tolist():
+            mesh.Faces.AddFace(*quad)
+        attributes = r.ObjectAttributes()
+        attributes.Name = name
+        document.Objects.AddMesh(mesh, attributes)
+    document.Write(str(path), 7)
+    return path
+
+
+def test_a_gap_beyond_the_tolerance_is_named_and_closed_on_request(tmp_path):
+    vertices, quads = grid(4, 3)
+    path = _saved_meshes(tmp_path / "g.3dm", ("left", vertices, quads), ("right", moved(vertices, 4.005, 0, 0), quads))
+    surface = read_surface(path, object=["left", "right"])
+    assert [note.code for note in surface.notes if note.is_doubt] == ["GAP"]
+    closed = read_surface(path, object=["left", "right"], weld=0.01)
+    assert len(closed.borders) == 1
+    assert not any(note.is_doubt for note in closed.notes)
+
+
+def test_an_object_that_lies_on_another_is_left_out(tmp_path):
+    vertices, quads = grid(4, 3)
+    path = _saved_meshes(tmp_path / "t.3dm", ("a", vertices, quads), ("b", vertices, np.roll(quads, 1, axis=1)))
+    surface = read_surface(path, object=["a", "b"])
+    assert (surface.n_faces, len(surface.borders)) == (24, 1)
+    assert "Left out b, which lies on a." in texts_of(surface.notes)

@@ -114,6 +114,13 @@ class RhinoFileBuilder:
         cloud = self._rhino.PointCloud(list(map(self._rhino.Point3d, *points.T.tolist())))
         self._expect(self._file.Objects.AddPointCloud, cloud, layer, name, texts)
 
+    def add_dot(self, point: Floats, layer: int, text: str) -> None:
+        """Add a text dot at a point (3,)."""
+        attributes = self._rhino.ObjectAttributes()
+        attributes.LayerIndex = layer
+        dot = self._rhino.TextDot(text, self._rhino.Point3d(*point.tolist()))
+        self._file.Objects.Add(dot, attributes)
+
     def add_mesh(self, polygons: Polygons, layer: int, name: str, texts: Mapping[str, object]) -> None:
         """Add a mesh; triangles and quads stay, larger faces become fans."""
         mesh = self._rhino.Mesh()

@@ -15,6 +15,8 @@ from typing import Union
 import numpy as np
 from numpy.typing import ArrayLike
 
+from weavecore.geometry.arrays import Floats, frozen
+
 NOTE_CODES: Mapping[str, str] = MappingProxyType(
     {
         "APART": "vertices in one place that stay apart, because parts touch only there",
@@ -90,6 +92,27 @@ class Note:
 
     def __str__(self) -> str:
         return self.text
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """A place to look at: a dot, or a curve.
+
+    Parameters
+    ----------
+    kind : str
+        ``"edges"`` that are bad, ``"gaps"``, ``"notes"`` or ``"borders"``.
+    text : str
+    points : (n, 3) float64
+        One for a dot; of a curve as many as it has.
+    """
+
+    kind: str
+    text: str
+    points: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", frozen(self.points, np.float64, (-1, 3)))
 
 
 def texts_of(notes: Iterable[Note]) -> tuple[str, ...]:

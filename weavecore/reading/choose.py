@@ -80,20 +80,22 @@ def choose_objects(document: RhinoDocument, *, layer: Names = None, object: Name
     return Choice(tuple(chosen), len(names) > 1)
 
 
-def ambiguous_error(document: RhinoDocument, objects: Sequence[RhinoObject]) -> AmbiguousSurface:
+def ambiguous_error(document: RhinoDocument, objects: Sequence[RhinoObject], why: str = "") -> AmbiguousSurface:
     """The error that lists several objects that a selection may stand for.
 
     Parameters
     ----------
     document : RhinoDocument
     objects : sequence of RhinoObject
+    why : str, optional
+        Why they do not make one surface, without a full stop.
 
     Returns
     -------
     AmbiguousSurface
     """
     return AmbiguousSurface(
-        f"{document.file_name} has {len(objects)} candidate objects",
+        f"{document.file_name} has {len(objects)} candidate objects{why and ': '}{why}",
         remedy="Name one of them by its layer, name or id; name several to join them.",
         ids=[str(one) for one in objects],
     )

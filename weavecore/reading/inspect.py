@@ -13,16 +13,47 @@ import numpy as np
 from weavecore.errors import WeaveError
 from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
-from weavecore.model import SurfaceMesh
+from weavecore.model import Mark, Note, SurfaceMesh
 from weavecore.model.notes import texts_of
 from weavecore.reading.choose import is_candidate
 from weavecore.reading.curves import curve_from
 from weavecore.reading.formats.mesh_file import read_mesh_file
 from weavecore.reading.formats.rhino_3dm import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
+from weavecore.reading.pieces import Piece, pieces_of, spanned_area
 from weavecore.reading.raw import RawMesh
 from weavecore.reading.read import check_ending, is_rhino, raw_from_document
 from weavecore.reading.repair import repair
 from weavecore.reading.sandbox import Progress, call_guarded, limits_for_all
+
+_MOST_GAPS = 200
+"""Borders between which gaps are measured: each is compared with all others."""
+
+_NARROW = 0.01
+"""Of the size: a gap between borders that is marked."""
+
+_MOST_MARKS = 2000
+"""Marks of an object: more are too many to look at."""
+
+
+@dataclass(frozen=True)
+class BorderReport:
+    """One border of an object.
+
+    Parameters
+    ----------
+    length : float
+    area : float
+        That it spans: of a plane border what it encloses.
+    gap : float or None
+        Shortest distance of its vertices to another border's; None where there is none.
+    at : (x, y, z)
+        Where that is.
+    """
+
+    length: float
+    area: float
+    gap: Optional[float]
+    at: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -46,6 +77,13 @@ class ObjectReport:
         "" if it can be woven, else the code of the error.
     message : str
         The error, or what would be repaired.
+    notes : tuple of Note
+    pieces : tuple of Piece
+        Connected components.
+    borders : tuple of BorderReport
+        One for each of ``border_lengths``.
+    marks : tuple of Mark
+        Bad edges, gaps, notes and borders, to be looked at.
     """
 
     id: str
@@ -59,6 +97,10 @@ class ObjectReport:
     aside: str
     code: str
     message: str
+    notes: tuple[Note, ...] = ()
+    pieces: tuple[Piece, ...] = ()
+    borders: tuple[BorderReport, ...] = ()
+    marks: tuple[Mark, ...] = ()
 
     @property
     def n_borders(self) -> int:
@@ -108,6 +150,8 @@ class FileReport:
         Number of objects of each other kind.
     curves : tuple of CurveReport
         Those of the others that are curves.
+    part_names : tuple of str
+        Objects and groups of an .obj, where there are several.
     """
 
     path: str
@@ -119,6 +163,7 @@ class FileReport:
     objects: tuple[ObjectReport, ...]
     others: tuple[tuple[str, int], ...]
     curves: tuple[CurveReport, ...] = ()
+    part_names: tuple[str, ...] = ()
 
 
 def inspect_file(
@@ -151,7 +196,7 @@ def inspect_file(
     """
     if guarded:
         limits = limits_for_all(path, time_limit=time_limit)
-        classes = (FileReport, ObjectReport, CurveReport)
+        classes = (FileReport, ObjectReport, CurveReport, BorderReport, Piece, Note, Mark)
         report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress, classes=classes)
         return report
     if is_rhino(path):
@@ -166,6 +211,8 @@ def inspect_file(
         only = _refused(RhinoObject("", Path(path).stem, "Mesh", "", "", None), error)
     else:
         only = _report(RhinoObject("", raw.name, "Mesh", "", "", None), raw)
+        names = tuple(dict.fromkeys(name for part in raw.part_names for name in part))
+        return FileReport(str(path), format_, None, "None", 0.0, (), (only,), (), (), names)
     return FileReport(str(path), format_, None, "None", 0.0, (), (only,), ())
 
 
@@ -212,6 +259,7 @@ def _report(one: RhinoObject, raw: RawMesh) -> ObjectReport:
         surface = repair(raw, is_cut=False)
     except WeaveError as error:
         return _refused(one, error)
+    borders = tuple(_report_borders(surface))
     return ObjectReport(
         id=one.id,
         name=one.name,
@@ -224,13 +272,58 @@ def _report(one: RhinoObject, raw: RawMesh) -> ObjectReport:
         aside=one.aside,
         code="",
         message=" ".join(texts_of(surface.notes)),
+        notes=surface.notes,
+        pieces=pieces_of(surface),
+        borders=borders,
+        marks=tuple(_marks(surface, borders))[:_MOST_MARKS],
     )
 
 
 def _refused(one: RhinoObject, error: WeaveError) -> ObjectReport:
+    ends = np.reshape(error.points, (-1, 2, 3)) if error.points else np.zeros((0, 2, 3))
+    marks = tuple(Mark("edges", error.code, pair) for pair in ends[:_MOST_MARKS])
     return ObjectReport(
-        one.id, one.name, one.kind, one.layer, 0, (), None, is_candidate(one), one.aside, error.code, str(error)
+        id=one.id,
+        name=one.name,
+        kind=one.kind,
+        layer=one.layer,
+        n_faces=0,
+        border_lengths=(),
+        euler_characteristic=None,
+        is_candidate=is_candidate(one),
+        aside=one.aside,
+        code=error.code,
+        message=str(error),
+        marks=marks,
     )
+
+
+def _report_borders(surface: SurfaceMesh) -> Iterator[BorderReport]:
+    """Length, area and gap of each border."""
+    from scipy.spatial import cKDTree
+
+    loops = surface.borders
+    owner = np.repeat(np.arange(len(loops)), [len(loop) for loop in loops])
+    points = surface.vertices[np.concatenate([np.zeros(0, np.int64), *loops])]
+    for k, loop in enumerate(loops):
+        gap, where = None, surface.vertices[loop[0]]
+        others = points[owner != k] if len(loops) <= _MOST_GAPS else points[:0]
+        if len(others):
+            distance = np.asarray(cKDTree(others).query(surface.vertices[loop])[0])
+            gap, where = float(distance.min()), surface.vertices[loop[int(distance.argmin())]]
+        spanned = spanned_area(surface.vertices[loop])
+        yield BorderReport(_length(surface.vertices[loop]), spanned, gap, tuple(where.tolist()))
+
+
+def _marks(surface: SurfaceMesh, borders: tuple[BorderReport, ...]) -> Iterator[Mark]:
+    """Dots at notes and at narrow gaps, and borders as curves."""
+    for note in surface.notes:
+        for point in np.reshape(note.points, (-1, 3)):
+            yield Mark("notes", note.code, point[None])
+    for number, (border, loop) in enumerate(zip(borders, surface.borders)):
+        if border.gap is not None and border.gap < _NARROW * surface.size:
+            yield Mark("gaps", f"gap of {border.gap:.3g}", np.array([border.at]))
+        yield Mark("borders", f"border {number}", surface.vertices[np.append(loop, loop[0])])
 
 
 def _border_lengths(surface: SurfaceMesh) -> tuple[float, ...]:

@@ -1,7 +1,8 @@
 """Pieces and borders of a mesh that may not be meant: scraps, slits and small holes.
 
 A *piece* is a connected component.  A *scrap* has less than a hundredth of the area of the largest piece.  A *slit* is
-a border that encloses no area, or is shorter than a thousandth of the longest.  Linear in the faces.
+a border that encloses no area, lacks a single face, or is shorter than a thousandth of the longest.  Linear in
+the faces.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ _SCRAP = 0.01
 
 _SHORT = 1e-3
 """Of the longest border: a shorter one is noted."""
+
+_MANY_FACES = 100
+"""A mesh of more faces has holes of more than three corners; one of three is a face that is missing."""
 
 _FLAT = 1e-4
 """Least area that a border encloses, in its squared length: a circle has 0.08, a slit of 5,000 times its width 1e-4."""
@@ -156,12 +160,14 @@ def _slits(surface: SurfaceMesh) -> list[Note]:
         return []
     lengths = border_lengths(surface)
     areas = np.array([spanned_area(surface.vertices[loop]) for loop in surface.borders])
-    slit = np.flatnonzero((areas < _FLAT * lengths**2) | (lengths < _SHORT * lengths.max()))
+    is_face = np.array([len(loop) == 3 and surface.n_faces > _MANY_FACES for loop in surface.borders])
+    slit = np.flatnonzero((areas < _FLAT * lengths**2) | (lengths < _SHORT * lengths.max()) | is_face)
     if len(slit) == 0:
         return []
     where = np.array([surface.vertices[surface.borders[k]].mean(0) for k in slit.tolist()])
     longest = float(lengths[slit].max())
-    text = f"{counted(len(slit), 'border')} without area or far shorter than the longest, up to {longest:.3g} long, "
+    text = f"{counted(len(slit), 'border')} without area, of a single face, or far shorter than the longest, "
+    text += f"up to {longest:.3g} long, "
     text += f"first at {at(where[0])}: --fill-holes {longest * 1.01:.3g} closes them."
     return [Note("SLIT", text, {"count": len(slit), "longest": longest}, where)]
 

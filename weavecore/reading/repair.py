@@ -157,8 +157,15 @@ def repair(
         text = f"By its edges the object has {n_expected} borders, and its mesh has {n_borders}."
         note = Note("BORDERS", text, {"expected": float(n_expected or 0), "found": n_borders})
         surface = replace(surface, notes=(*surface.notes, note))
-    surface = _with_options(surface, options)
+    surface = _with_options(_without_closed_gaps(surface), options)
     return cut_closed_parts(surface, plane=cut_plane) if is_cut else surface
+
+
+def _without_closed_gaps(surface: SurfaceMesh) -> SurfaceMesh:
+    """Without the notes of gaps between pieces that were welded since."""
+    n_pieces = int(surface.component_of_face.max()) + 1
+    notes = [note for note in surface.notes if dict(note.numbers).get("pieces", 0) <= n_pieces or note.code != "GAP"]
+    return surface if len(notes) == len(surface.notes) else replace(surface, notes=tuple(notes))
 
 
 def _with_options(surface: SurfaceMesh, options: RepairOptions) -> SurfaceMesh:
@@ -294,12 +301,15 @@ def _pinch_notes(vertices: Floats, fan_place: Ints, n_given: Ints) -> list[Note]
 
 
 def _non_manifold_error(vertices: Floats, faces: Ints, ids: Ints, halfedges: Ints) -> NonManifold:
-    middle = vertices[faces.ravel()[halfedges[0]]] / 2 + vertices[faces.ravel()[next_halfedge(halfedges[:1])[0]]] / 2
+    corner = faces.ravel()
+    ends = np.stack([vertices[corner[halfedges]], vertices[corner[next_halfedge(halfedges)]]], axis=1)
+    middle = ends[0].mean(0)
     return NonManifold(
         f"Edges with more than two faces, first at {at(middle)}",
         remedy="Remove the extra faces, so that at most two meet along each edge; weavecore info --marks shows them.",
         ids=np.unique(ids[halfedges // 3]).tolist(),
         kind="face",
+        points=ends.reshape(-1, 3).tolist(),
     )
 
 

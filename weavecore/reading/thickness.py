@@ -136,7 +136,7 @@ def note_thickness(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
     places, median = found.points[order], float(np.median(found.thickness[thin]))
     least = float(found.thickness[order[0]])
     numbers = {"share": share, "least": least, "median": median, "spacing": spacing}
-    if share > _SOLID:
+    if share > _SOLID and _has_two_sides(surface):
         text = f"The surface is a solid about {median:.3g} thick, less than the spacing of {spacing:.3g}, as at "
         text += f"{at(places[0])}: both sides are woven, and their rods clash. --side outer takes the outer side alone."
         note = Note("THIN", text, numbers, places)
@@ -181,6 +181,12 @@ def keep_outer_side(surface: SurfaceMesh) -> SurfaceMesh:
     text = f"Left out {counted(n, 'face')} of the inner side and the rim: only the outer side was asked for."
     where = surface.vertices[surface.faces[~keep]].mean(1)
     return with_faces(surface, surface.faces[keep], Note("LEFT_OUT", text, {"faces": n}, where))
+
+
+def _has_two_sides(surface: SurfaceMesh) -> bool:
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    area = np.bincount(_parts_between_edges(surface), np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+    return len(area) > 1 and _are_two_sides(np.sort(area)[::-1])
 
 
 def _are_two_sides(area: NDArray[Any]) -> bool:

@@ -39,7 +39,7 @@ class RhinoObject:
     Parameters
     ----------
     id, name, kind : str
-        Its id, its name ("" if none) and Rhino's name for its kind.
+        Its id, its name ("" if none; of a block that of its definition) and Rhino's name for its kind.
     layer : str
         Full path of its layer, ``Parent::Child``; "" if the file has no layers.
     aside : str
@@ -186,6 +186,12 @@ def _layers(source: Any) -> tuple[dict[int, str], dict[int, str]]:
     return paths, aside
 
 
+def _definition_name(source: Any, reference: Any) -> str:
+    """Name of the block of a reference, which seldom has a name of its own."""
+    definition = source.InstanceDefinitions.FindId(reference.ParentIdefId)
+    return "" if definition is None else definition.Name or ""
+
+
 def _object(item: Any, layers: dict[int, str], layer_aside: dict[int, str], source: Any) -> RhinoObject:
     attributes, geometry = item.Attributes, item.Geometry
     kind = geometry.ObjectType.name if geometry is not None else "None"
@@ -202,7 +208,7 @@ def _object(item: Any, layers: dict[int, str], layer_aside: dict[int, str], sour
         aside = layer_aside.get(attributes.LayerIndex, "")
     return RhinoObject(
         id=str(attributes.Id),
-        name=attributes.Name or "",
+        name=attributes.Name or (_definition_name(source, geometry) if kind == BLOCK else ""),
         kind=kind,
         layer=layers.get(attributes.LayerIndex, ""),
         aside=aside,
