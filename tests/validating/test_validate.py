@@ -433,7 +433,7 @@ def _(lattice: Lattice) -> Lattice:
 
 @breaks("lattice", "edges_off_surface_of_spacing")
 def _(lattice: Lattice) -> Lattice:
-    return replace(lattice, nodes=lattice.nodes + [0.0, 0.0, 2.0 * lattice.latitudes.surface.size])
+    return replace(lattice, nodes=lattice.nodes + 2.0 * lattice.latitudes.surface.size)
 
 
 @breaks("lattice", "families_unknown")
