@@ -431,6 +431,11 @@ def _(lattice: Lattice) -> Lattice:
     return replace(lattice, face_nodes=inside_out.ravel())
 
 
+@breaks("lattice", "edges_off_surface_of_spacing")
+def _(lattice: Lattice) -> Lattice:
+    return replace(lattice, nodes=lattice.nodes + 2.0 * lattice.latitudes.surface.size)
+
+
 @breaks("lattice", "families_unknown")
 def _(lattice: Lattice) -> Lattice:
     return replace(lattice, edge_family=changed(lattice.edge_family, 0, 3))

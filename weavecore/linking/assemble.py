@@ -57,7 +57,7 @@ class BandFilling:
         The polyline of each node that is no Steiner vertex, -1 on a free border, and the arc length on it.
     faces : BandFaces
     inverted : (k, 3) int64
-        Nodes of the inverted triangles.
+        Nodes of the inverted triangles; in patterns of even rings only of those at free borders.
     """
 
     divided: DividedPolylines
@@ -106,6 +106,10 @@ def fill_all_bands(
     normals = node_normals(latitudes, latitude, station, faces, len(nodes))
     faces = repair_inverted_faces(latitudes.surface, nodes, normals, faces, ring_edges)
     inverted = find_inverted_triangles(latitudes.surface, nodes, faces)
+    if pattern.count_multiple > 1:  # A ring must keep its even number of nodes.
+        on_free_border = np.zeros(len(nodes), bool)
+        on_free_border[np.concatenate([np.zeros(0, np.int64), *border_nodes.nodes])] = True
+        inverted = inverted[on_free_border[inverted].any(1)]
     if not pattern.has_diagonals:
         faces = pair_triangles(faces, nodes, ring_edges, leave_few=pattern.even_cells)
     return BandFilling(divided, border_nodes, nodes, latitude, station, faces, inverted)

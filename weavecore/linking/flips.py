@@ -52,11 +52,14 @@ class FaceOrientation:
     surface : SurfaceMesh
     normals : (N, 3) float64
         Approximate normal of the surface at each node, of any length.
+    certain : float
+        Below this cosine to the normals at its corners a triangle is compared with the nearest face of the surface.
     """
 
-    def __init__(self, surface: SurfaceMesh, normals: Floats) -> None:
+    def __init__(self, surface: SurfaceMesh, normals: Floats, *, certain: float = _CERTAIN) -> None:
         self._surface = surface
         self._normals = normals
+        self._certain = certain
         self._finder: Optional[FaceFinder] = None
 
     def of_triangles(self, nodes: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
@@ -91,7 +94,7 @@ class FaceOrientation:
 
     def _cosines(self, area: Floats, expected: Floats, centroid: Floats) -> Floats:
         cosine = _cosine(area, expected)
-        doubtful = np.flatnonzero(cosine < _CERTAIN)
+        doubtful = np.flatnonzero(cosine < self._certain)
         if len(doubtful):
             face = self._nearest_faces(centroid[doubtful])
             cosine[doubtful] = _cosine(area[doubtful], self._surface.face_normals[face])
@@ -115,6 +118,8 @@ def repair_inverted_faces(
 ) -> BandFaces:
     """Flip edges of inverted triangles where both new triangles then follow the surface.
 
+    First by the normals at the nodes, with a margin; then, of what is left, by the nearest faces.
+
     Parameters
     ----------
     surface : SurfaceMesh
@@ -124,9 +129,16 @@ def repair_inverted_faces(
     fixed_edges : (E, 2) int64
         Edges that stay, the lesser node first.
     """
+    by_nodes = FaceOrientation(surface, normals)
+    faces = _flipped(nodes, faces, fixed_edges, by_nodes, _REPAIRED)
+    return _flipped(nodes, faces, fixed_edges, FaceOrientation(surface, normals, certain=np.inf), 0.0)
+
+
+def _flipped(nodes: Floats, faces: BandFaces, fixed_edges: Ints, measure: FaceOrientation, least: float) -> BandFaces:
+    """The faces after flips of inverted triangles, by one measure of their orientation."""
     is_triangle = faces.corners[:, 3] == NO_CORNER
     triangles = faces.corners[is_triangle, :3]
-    orientation = FaceOrientation(surface, normals).of_triangles
+    orientation = measure.of_triangles
 
     def gain(_triangles: Ints, a: Ints, b: Ints, c: Ints, d: Ints) -> Floats:
         before = np.minimum(orientation(nodes, a, b, c), orientation(nodes, b, a, d))
@@ -134,7 +146,7 @@ def repair_inverted_faces(
         inverted = np.flatnonzero(before <= 0)
         a, b, c, d = a[inverted], b[inverted], c[inverted], d[inverted]
         after = np.minimum(orientation(nodes, c, a, d), orientation(nodes, d, b, c))
-        gained[inverted] = np.where(after > _REPAIRED, after - before[inverted], 0.0)
+        gained[inverted] = np.where(after > least, after - before[inverted], 0.0)
         return gained
 
     if (orientation(nodes, *triangles.T) > 0).all():

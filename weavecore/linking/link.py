@@ -54,7 +54,7 @@ MOST_NODES = 80_000
 _NODE_OF_SQUARE = 0.87
 """Area that a Steiner vertex of a pocket takes, in squares of the edge length: that of two equilateral triangles."""
 
-_OTHER_DIVISIONS = ((1.0, 1.0), (0.93, 1.0), (1.07, 1.0), (0.87, 1.0), (0.8, 1.0))
+_OTHER_DIVISIONS = ((1.0, 1.0), (0.93, 1.0), (1.07, 1.0), (0.87, 1.0), (0.8, 1.0), (1.2, 1.0))
 """Parts of the edge length, and factors by which counts may be off, with which polylines are divided again where faces
 lie inverted: a few nodes more or less often suffice for a fold."""
 _MOST_NODES_TO_DIVIDE_AGAIN = 5_000
@@ -254,7 +254,8 @@ def link_latitudes(
 def _linked(latitudes: Latitudes, length: float, wanted: float, pattern: Pattern) -> Lattice:
     """The lattice with edges of a length, where one of ``wanted`` was asked for."""
     filling = _divide_and_fill(latitudes, length, pattern)
-    return smooth_tangentially(assemble(latitudes, filling, pattern, wanted), filling.divided.cusps)
+    lattice = assemble(latitudes, filling, pattern, wanted)
+    return _without_new_inversions(lattice, smooth_tangentially(lattice, filling.divided.cusps))
 
 
 def _check_work(latitudes: Latitudes, length: float) -> None:

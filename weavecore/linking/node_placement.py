@@ -37,6 +37,8 @@ _LEAST_EDGE = 0.3
 _LEAST_RUN = 0.5
 """The same of a closed border, and of an open one with as many corners as edges: a run between corners that is half an
 edge long is rounded to one edge, a shorter one to none."""
+_SHORT_RUN = 1.5
+"""Edges: with 1.4 times fewer, as `Pattern.count_tolerance` allows, shorter runs would take edges from longer ones."""
 _MOST_CORNERS = 3
 """Corners that an open border of very few edges keeps at `_LEAST_EDGE`."""
 _TURN_DIGITS = 6
@@ -122,13 +124,13 @@ def edges_with_corners(points: Floats, stations: Floats, length: float, edge_len
     ideal : float
         Length of the border in edges, runs between corners that are shorter than an edge counted as one.
     least : int
-        Fewest edges with which the longer runs keep theirs: 0 where no run is shorter.
+        Fewest edges with which the longer runs keep theirs: 0 where no run is short.
     """
     corners = _corners_of_loop(points, stations, length, _LEAST_RUN * edge_length)
     if len(corners) == 0:
         return length / edge_length, 0
     runs = np.diff(np.append(corners, corners[0] + length)) / edge_length
-    is_short = bool((runs < 1.0).any())
+    is_short = bool((runs < _SHORT_RUN).any())
     return float(np.maximum(runs, 1.0).sum()), int(np.maximum(np.rint(runs), 1.0).sum()) if is_short else 0
 
 

@@ -6,12 +6,17 @@ from typing import Optional
 
 import numpy as np
 
+from weavecore.geometry.arrays import Floats
 from weavecore.geometry.polygon_mesh import nodes_on_border
 from weavecore.model import Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model.lattice_fit import edge_gaps, face_middles, inverted_faces
 from weavecore.units import with_unit
 from weavecore.viewing.surface_paths import describe_chosen_borders
 
 Lines = list[tuple[str, str]]
+
+_SHOWN_GAP = 0.05
+"""Part of the spacing from which the place is shown where an edge leaves the surface by so much."""
 
 _REGULAR_VALENCE = {"triangular": 6, "quad": 4}
 """Edges of a regular inner node, by pattern."""
@@ -85,7 +90,34 @@ def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:
         ("nodes", nodes),
         ("faces", f"{lattice.n_faces:,}, pattern {lattice.pattern}"),
         ("strands", f"{len(strands):,}"),
+        *_describe_fit(lattice),
     ]
+
+
+def _describe_fit(lattice: Lattice) -> Lines:
+    """How far edges leave the surface, and whether that, or inverted faces, leave doubt."""
+    unit, spacing = lattice.latitudes.surface.unit, lattice.latitudes.spacing
+    if lattice.n_edges == 0:
+        return []
+    gaps = edge_gaps(lattice)
+    worst = int(gaps.argmax())
+    share = float(gaps[worst]) / spacing
+    text = f"edges at most {with_unit(float(gaps[worst]), unit)} from it, {share:.2g} of the spacing"
+    if share >= _SHOWN_GAP:
+        text += f", near {_place(lattice.nodes[lattice.edges[worst]].mean(0))}"
+    lines = [("on surface", text)]
+    inverted = inverted_faces(lattice)
+    if len(inverted):
+        where = _place(face_middles(lattice)[0][inverted[0]])
+        faces = _count(len(inverted), "face lies inverted", "faces lie inverted")
+        why = "a fold or a tube is narrower than the spacing"
+        lines.append(("doubt", f"COARSE: {faces}, the first near {where}: {why}; use a smaller one"))
+    return lines
+
+
+def _place(point: Floats) -> str:
+    x, y, z = (float(value) + 0.0 for value in point)
+    return f"({x:.6g}, {y:.6g}, {z:.6g})"
 
 
 _STRUTS = "; hexagonal gives straight struts between two joints, not woven rods: kagome is its weave"

@@ -13,18 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.errors import TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints, ranks_in_rows, rows_of
 from weavecore.geometry.closest import segment_distances
 from weavecore.geometry.splines import SplineRows, cubic_points, pieces_of, span_ends
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
+from weavecore.weaving.clash_work import LARGEST_RUN, PIECES_PER_DIAMETER
 
-_STEPS_PER_DIAMETER = 2
-"""Straight pieces of an axis on the length of a diameter."""
-
-_SIZES = (64, 16, 4, 1)
+_SIZES = (LARGEST_RUN, 16, 4, 1)
 """Pieces of the runs that are compared, from the first round to the last."""
 
 _OWN_REACH = 4.0
@@ -42,48 +39,6 @@ REACH = 3.0
 _PIECES = 5
 """Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
 
-MOST_RUNS = 2_500_000
-"""Runs of straight pieces that are compared first: each takes 500 bytes."""
-
-MOST_PAIRS = 4_000_000
-"""Pairs of runs that are near each other: each takes 400 bytes."""
-
-
-def check_work(length: float, n_edges: int, area: float, rod_diameter: float) -> None:
-    """Refuse a diameter at which `find_clashes` would compare too many runs of pieces.
-
-    Parameters
-    ----------
-    length : float
-        Of all edges that rods run along.
-    n_edges : int
-    area : float
-        Of the surface.
-    rod_diameter : float
-        In the model's unit.
-
-    Raises
-    ------
-    TooMuchWork
-        Where rods are very thin for their length, or so thick that each lies in many others.
-    """
-    runs = max(_STEPS_PER_DIAMETER * length / rod_diameter / _SIZES[0], n_edges)
-    if runs > MOST_RUNS:
-        least = _STEPS_PER_DIAMETER * length / _SIZES[0] / MOST_RUNS
-        raise TooMuchWork(
-            f"Rods of {rod_diameter:.4g} and {length:.4g} long in all would be compared in {runs:,.0f} parts, "
-            f"more than {MOST_RUNS:,}",
-            remedy=f"Use a diameter of at least {least:.3g}, or check the unit.",
-        )
-    reach = rod_diameter + length / max(runs, 1.0)
-    pairs = runs**2 / 2 * min(1.0, np.pi * reach**2 / area)
-    if pairs > MOST_PAIRS or rod_diameter**2 > area:
-        raise TooMuchWork(
-            f"Rods of {rod_diameter:.4g} on a surface of {area:.4g} square units would be too near each other at "
-            f"about {pairs:,.0f} places",
-            remedy="Use a smaller diameter or a larger spacing, or check the unit.",
-        )
-
 
 def find_clashes(axes: RodAxes, rod_diameter: float) -> Clashes:
     """Find the rods that cut into each other, at joints or between them.
@@ -100,7 +55,7 @@ def find_clashes(axes: RodAxes, rod_diameter: float) -> Clashes:
         Each pair of rods once, at the place where they are nearest; the nearest pair first.
     """
     least = rod_diameter * (1.0 - TOLERANCE)
-    cubics = _Cubics(axes, rod_diameter / _STEPS_PER_DIAMETER)
+    cubics = _Cubics(axes, rod_diameter / PIECES_PER_DIAMETER)
     chunks = cubics.chunks(
         np.arange(len(cubics.start)), np.zeros(len(cubics.start), np.int64), cubics.n_pieces, _SIZES[0]
     )

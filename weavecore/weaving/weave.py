@@ -24,7 +24,8 @@ from weavecore.model.weave import Weave
 from weavecore.weaving.axes import lay_axes
 from weavecore.weaving.bending import material_named, measure_bending
 from weavecore.weaving.breaks import break_strands, find_breaks
-from weavecore.weaving.clearance import check_work, find_clashes
+from weavecore.weaving.clash_work import check_work
+from weavecore.weaving.clearance import find_clashes
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.stock import LEAST_RODS, choose_diameter, next_thinner, stock_diameters

@@ -1,0 +1,83 @@
+"""Lattices coarser than their surface have no inverted faces, and say how far their edges leave it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from weavecore import pipeline
+from weavecore.linking import link
+from weavecore.model import SurfaceMesh
+from weavecore.model.lattice_fit import edge_gaps, inverted_faces
+from weavecore.validating import validate
+
+
+def sheet(height: Callable[..., np.ndarray], n: int = 40, width: float = 100.0) -> SurfaceMesh:
+    """A square with heights (n + 1, n + 1)."""
+    x, y = np.meshgrid(np.linspace(0, width, n + 1), np.linspace(0, width, n + 1))
+    corner = (np.arange(n * n) // n) * (n + 1) + np.arange(n * n) % n
+    faces = np.r_[np.c_[corner, corner + 1, corner + n + 2], np.c_[corner, corner + n + 2, corner + n + 1]]
+    return SurfaceMesh(np.c_[x.ravel(), y.ravel(), height(x, y).ravel()], faces)
+
+
+FOLDED = {
+    "pleats": lambda x, _y: 6.0 * np.abs((x / 10.0) % 2 - 1),
+    "egg_box": lambda x, y: 5.0 * np.sin(x / 4.0) * np.sin(y / 4.0),
+    "ridge": lambda x, _y: 40.0 * np.exp(-(((x - 47.0) / 6.0) ** 2)),
+}
+
+
+@pytest.mark.parametrize("name", sorted(FOLDED))
+def test_folds_narrower_than_the_spacing_have_no_inverted_face(name: str) -> None:
+    lattice = pipeline.link(pipeline.offset(sheet(FOLDED[name]), spacing=12.0))
+    assert len(inverted_faces(lattice)) == 0
+
+
+def test_nodes_move_back_where_smoothing_inverts_a_face() -> None:
+    before = pipeline.link(pipeline.offset(sheet(lambda x, _y: 0 * x), spacing=12.0))
+    inner = np.flatnonzero(before.node_latitude == before.node_latitude.max())[:1]
+    nodes = before.nodes.copy()
+    nodes[inner] += [40.0, 0.0, 0.0]
+    bad = replace(before, nodes=nodes)
+    assert len(inverted_faces(bad)) > 0
+    mended = link._without_new_inversions(before, bad)
+    assert len(inverted_faces(mended)) == 0
+
+
+def test_the_gap_under_an_edge_over_a_crease_is_measured() -> None:
+    lattice = pipeline.link(pipeline.offset(sheet(lambda x, _y: np.abs(x - 50.0)), spacing=12.0))
+    gaps = edge_gaps(lattice)
+    across = (lattice.nodes[lattice.edges][:, :, 0] - 50.0).prod(1) < -1.0
+    assert gaps[across].max() > 0.4
+    assert gaps[~across].max() < 0.2
+    finding = validate(lattice)["edges_off_surface_of_spacing"]
+    assert finding.figure == pytest.approx(gaps.max() / max(lattice.edge_length, 12.0))
+    lifted = replace(lattice, nodes=lattice.nodes + np.array([0.0, 0.0, 30.0]))
+    assert not validate(lifted)["edges_off_surface_of_spacing"].holds
+
+
+def sawtooth(teeth: int, pitch: float, depth: float) -> SurfaceMesh:
+    """A plate of which the lower side is a saw blade; the three other sides are straight."""
+    width = teeth * pitch
+    x = np.linspace(0.0, width, 2 * teeth + 1)
+    rows = [np.c_[x, np.where(np.arange(len(x)) % 2, -depth, 0.0)]]
+    rows += [np.c_[x, np.full(len(x), y)] for y in np.linspace(0.0, width, teeth + 1)[1:]]
+    n, m = len(x), len(rows)
+    a = (np.arange((n - 1) * (m - 1)) // (n - 1)) * n + np.arange((n - 1) * (m - 1)) % (n - 1)
+    points = np.concatenate(rows)
+    return SurfaceMesh(np.c_[points, 0 * points[:, 0]], np.r_[np.c_[a, a + 1, a + n + 1], np.c_[a, a + n + 1, a + n]])
+
+
+@pytest.mark.parametrize(("pitch", "depth"), [(100.0, 40.0), (60.0, 30.0), (150.0, 90.0)])
+def test_straight_sides_beside_a_side_of_many_corners_keep_their_edges(pitch: float, depth: float) -> None:
+    surface = sawtooth(20, pitch, depth)
+    lattice = pipeline.link(pipeline.offset(surface, spacing=100.0))
+    width, edge = 20 * pitch, lattice.edge_length
+    on_border = lattice.node_latitude == 0
+    y = lattice.nodes[on_border, 1]
+    top = int((y > width - 1e-6).sum()) - 1
+    assert abs(top - round(width / edge)) <= max(1, 0.2 * width / edge)
+    assert validate(lattice).holds
