@@ -11,7 +11,8 @@ from functools import cached_property
 from typing import Optional
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, diags
+from scipy.sparse.linalg import splu
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.simulating.elements import (
@@ -63,8 +64,36 @@ class Structure:
 
     @cached_property
     def free(self) -> Ints:
-        """(f,) the coordinates that may move, ``3 * point + axis``."""
-        return np.flatnonzero(~self.is_fixed.ravel())
+        """(f,) the coordinates that may move, ``3 * point + axis``, in an order in which the factors fill in little.
+
+        The order is minimum degree on the points: as little fill as on the coordinates, in 1/30 of the time or less.
+        """
+        coordinates = (3 * self._order[:, None] + np.arange(3)).ravel()
+        free: Ints = coordinates[~self.is_fixed.ravel()[coordinates]]
+        return free
+
+    @cached_property
+    def _order(self) -> Ints:
+        """(n,) the points by minimum degree, which SuperLU finds for a diagonally dominant matrix of their pattern."""
+        rows, columns = self._pairs
+        graph = csc_matrix((np.ones(len(rows)), (rows, columns)), shape=(self.n_points, self.n_points))
+        graph.data[:] = -1.0
+        degrees = np.asarray(-graph.sum(axis=1)).ravel()
+        dominant = (graph + diags(degrees + 2.0)).tocsc()
+        options = {"SymmetricMode": True}
+        factors = splu(dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        order: Ints = np.argsort(factors.perm_c).astype(np.int64)
+        return order
+
+    @cached_property
+    def _pairs(self) -> tuple[Ints, Ints]:
+        """Row and column of each pair of points of each element."""
+        rows, columns = [], []
+        for points in (self.bends.points, self.stretches.points, self.ties.points):
+            k = points.shape[1]
+            rows.append(np.repeat(points, k, axis=1).ravel())
+            columns.append(np.tile(points, (1, k)).ravel())
+        return np.concatenate(rows), np.concatenate(columns)
 
     def energy(self, x: Floats) -> float:
         """Elastic energy and that of the loads, in J."""
@@ -143,12 +172,8 @@ class Structure:
     @cached_property
     def _pattern(self) -> tuple[Ints, Ints, Ints]:
         """Where each entry of each element goes in the sparse matrix (beyond it where its coordinate is fixed)."""
-        pairs = []
-        for points in (self.bends.points, self.stretches.points, self.ties.points):
-            k = points.shape[1]
-            rows, columns = np.repeat(points, k, axis=1), np.tile(points, (1, k))
-            pairs.append(columns.ravel() * self.n_points + rows.ravel())
-        blocks, block_of = np.unique(np.concatenate(pairs), return_inverse=True)
+        rows, columns = self._pairs
+        blocks, block_of = np.unique(columns * self.n_points + rows, return_inverse=True)
         place = np.full(3 * self.n_points, -1)
         place[self.free] = np.arange(len(self.free))
         column, row = np.divmod(blocks, self.n_points)
