@@ -45,6 +45,9 @@ _ASLANT = 0.5
 _SHARE = 0.01
 """Of the surface: less is the tip of a cone or a sharp edge, which is thin whatever the spacing."""
 
+_SHARP = 0.1
+"""Of the thin points: those at the sharp end of a fold or a tip, where no spacing would do."""
+
 _SOLID = 0.5
 """Of the surface: where more is thin it is the solid of a sheet, not a narrow place."""
 
@@ -141,9 +144,9 @@ def note_thickness(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
         text += f"{at(places[0])}: both sides are woven, and their rods clash. --side outer takes the outer side alone."
         note = Note("THIN", text, numbers, places)
     else:
-        would_do = float(np.quantile(found.thickness[thin], _SHARE / share)) if share > _SHARE else least
+        would_do = float(np.quantile(found.thickness[thin], _SHARP))
         text = f"The spacing of {spacing:.3g} is wider than {share:.0%} of the surface is thick or its tubes and folds "
-        text += f"are wide, least {least:.3g} at {at(places[0])}: a spacing of {would_do:.2g} would do."
+        text += f"are wide, least {least:.3g} at {at(places[0])}: {would_do:.2g} would do for 90% of these."
         note = Note("COARSE", text, {**numbers, "spacing_that_would_do": would_do}, places)
     others = (one for one in surface.notes if one.code not in ("THIN", "COARSE"))
     return replace(surface, notes=(*others, note))
