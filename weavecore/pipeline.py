@@ -195,6 +195,7 @@ def weave(
     lattice: Lattice,
     *,
     rod_diameter: Optional[float] = None,
+    stock: Optional[Sequence[float]] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
     progress: Optional[Progress] = None,
@@ -207,6 +208,8 @@ def weave(
     rod_diameter : float, optional
         In the model's unit; by default the thickest stock diameter in which nearly all rods can be bent to their
         places.
+    stock : sequence of float, optional
+        Diameters to choose from, in the model's unit; by default those in which the material is sold.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
@@ -224,7 +227,12 @@ def weave(
     Unsupported
     """
     return weave_lattice(
-        lattice, rod_diameter=rod_diameter, material=material, over_under=over_under, progress=progress
+        lattice,
+        rod_diameter=rod_diameter,
+        stock=stock,
+        material=material,
+        over_under=over_under,
+        progress=progress,
     )
 
 

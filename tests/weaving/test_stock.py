@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from weavecore import pipeline
+from weavecore.errors import Unsupported
 from weavecore.weaving.stock import choose_diameter, stock_diameters
 from woven_rods import tube_latitudes
 
@@ -44,3 +45,15 @@ def test_a_tube_is_woven_from_stock_with_all_rods_passing(pattern: str) -> None:
     weave = pipeline.weave(pipeline.link(tube_latitudes(), pattern=pattern))
     assert weave.rod_diameter in stock_diameters("gfrp", "Millimeters")
     assert len(weave.bending.violations) == 0
+
+
+def test_rods_of_an_own_stock_are_taken() -> None:
+    lattice = pipeline.link(tube_latitudes(), pattern="kagome")
+    usual = pipeline.weave(lattice)
+    assert pipeline.weave(lattice, stock=[9.0, 0.31, 0.07]).rod_diameter == 0.31 < usual.rod_diameter
+
+
+@pytest.mark.parametrize(("stock", "rod"), [([], None), ([0.0, 1.0], None), ([np.nan], None), ([1.0], 1.0)])
+def test_a_stock_without_a_diameter_to_choose_is_refused(stock: list[float], rod: float) -> None:
+    with pytest.raises(Unsupported):
+        pipeline.weave(pipeline.link(tube_latitudes()), stock=stock, rod_diameter=rod)

@@ -91,6 +91,14 @@ def weave(
             help="Diameter of the rods; by default the thickest sold in which nearly all of them can be bent.",
         ),
     ] = None,
+    stock: Annotated[
+        Optional[Lengths],
+        typer.Option(
+            parser=lengths,
+            metavar="LENGTHS",
+            help="Diameters to choose from: 1mm,1.5mm,3mm; by default those in which the material is sold.",
+        ),
+    ] = None,
     material: Annotated[str, typer.Option(metavar="NAME", callback=known_material, help=_MATERIALS)] = "gfrp",
     over_under: Annotated[
         Optional[str],
@@ -159,6 +167,7 @@ def weave(
         woven = pipeline.weave(
             lattice,
             rod_diameter=rod.in_unit(surface.unit) if rod else None,
+            stock=stock.in_unit(surface.unit) if stock else None,
             material=material,
             over_under=over_under,
             progress=part_of(show_progress, 0.7, 0.85),

@@ -8,6 +8,7 @@ Linear in the visits but for sorting; each diameter that is tried costs one fit 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Callable, Optional, Union
 
@@ -48,6 +49,7 @@ def weave_lattice(
     lattice: Lattice,
     *,
     rod_diameter: Optional[float] = None,
+    stock: Optional[Sequence[float]] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
     progress: Progress = None,
@@ -60,6 +62,8 @@ def weave_lattice(
     rod_diameter : float, optional
         In the model's unit; by default the thickest stock diameter with which nearly all rods can be bent to
         their places (`weavecore.weaving.stock`).
+    stock : sequence of float, optional
+        Diameters to choose from, in the model's unit; by default those in which the material is sold.
     material : str or Material
         A name in the table of materials, or one of your own.
     over_under : str, optional
@@ -75,7 +79,7 @@ def weave_lattice(
     Raises
     ------
     Unsupported
-        Where the diameter is not positive, or the material or style is not known.
+        Where a diameter is not positive, both a diameter and a stock are given, or the material or style is not known.
     TooMuchWork
         Where the rods are too thin or too thick to be compared with each other.
     """
@@ -83,13 +87,15 @@ def weave_lattice(
     diameter = 1.0 if rod_diameter is None else float(rod_diameter)
     if not (np.isfinite(diameter) and diameter > 0):
         raise Unsupported(f"The rod diameter must be positive (got {diameter:g})", remedy="Give a positive diameter.")
+    if stock is not None:
+        stock = _checked_stock(stock, rod_diameter)
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     report(0.0, "finding the strands")
     woven = _Woven(lattice, stuff, style)
     strands = find_strands(lattice)
     report(0.3, "bending the rods")
-    bent = woven.bend_in_stock(strands) if rod_diameter is None else woven.bend(strands, diameter)
+    bent = woven.bend_in_stock(strands, stock) if rod_diameter is None else woven.bend(strands, diameter)
     report(0.8, "measuring")
     return Weave(
         lattice=lattice,
@@ -144,9 +150,9 @@ class _Woven:
         bending, largest = measure_bending(axes, normals[strands.nodes], rod_diameter=diameter, material=self.material)
         return _Bent(strands, lean, order, diameter, axes, normals, bending, largest)
 
-    def bend_in_stock(self, strands: Strands) -> _Bent:
+    def bend_in_stock(self, strands: Strands, own: Optional[Sequence[float]]) -> _Bent:
         """Rods of the thickest stock diameter that nearly all can be bent in, broken where they cannot."""
-        stock = stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
+        stock = own or stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
         whole = self.bend(strands, _first_diameter(self.lattice))
         diameter = choose_diameter(whole.largest, stock)
         while True:
@@ -165,6 +171,16 @@ class _Woven:
                 break
             bent = self.bend(break_strands(bent.strands, breaks), bent.diameter)
         return bent
+
+
+def _checked_stock(stock: Sequence[float], rod_diameter: Optional[float]) -> tuple[float, ...]:
+    """The diameters to choose from, rising."""
+    sizes = tuple(sorted(float(size) for size in stock))
+    if rod_diameter is not None:
+        raise Unsupported("A rod diameter leaves nothing to choose from a stock", remedy="Give one of the two.")
+    if not sizes or not all(np.isfinite(size) and size > 0 for size in sizes):
+        raise Unsupported(f"Stock diameters must be positive (got {sizes})", remedy="Give positive diameters.")
+    return sizes
 
 
 def _first_diameter(lattice: Lattice) -> float:
