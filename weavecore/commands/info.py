@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import typer
 
 from weavecore.commands.arguments import Input, TimeLimit
-from weavecore.commands.time_limit import checked, start_clock
+from weavecore.commands.time_limit import timed_progress
 from weavecore.units import NO_UNIT, with_unit
-from weavecore.viewing.terminal import progress_bar, show_table
+from weavecore.viewing.terminal import show_table
 
 if TYPE_CHECKING:
     from weavecore.reading import CurveReport, ObjectReport
@@ -20,9 +20,7 @@ def info(input_file: Input, time_limit: TimeLimit = None) -> None:
     """List a file's objects and whether each can be woven, or why not."""
     from weavecore.pipeline import inspect_file
 
-    start_clock(input_file, time_limit)
-    with progress_bar(quiet=False) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(input_file, time_limit, quiet=False) as show_progress:
         report = inspect_file(input_file, guarded=True, time_limit=time_limit, progress=show_progress)
     version = f", version {report.version}" if report.version else ""
     unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"

@@ -7,8 +7,8 @@ import typer
 
 from weavecore.commands.arguments import EdgeTarget, Input, LayerNames, ObjectNames, Overwrite, Quiet, TimeLimit
 from weavecore.commands.input_file import describe_input, read_input, written_line
-from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
-from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+from weavecore.commands.time_limit import timed_progress
+from weavecore.viewing.terminal import part_of, show_lines
 
 
 def mesh(
@@ -22,9 +22,7 @@ def mesh(
     quiet: Quiet = False,
 ) -> None:
     """Write the triangle mesh that weave would use."""
-    start_clock(input_file, time_limit, extra=FINENESS_SECONDS if edge_target else 0.0)
-    with progress_bar(quiet=quiet) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(input_file, time_limit, quiet=quiet, is_fine=bool(edge_target)) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)

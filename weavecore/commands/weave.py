@@ -27,9 +27,9 @@ from weavecore.commands.arguments import (
     lengths,
 )
 from weavecore.commands.input_file import curves_of, describe_input, read_input, written_line
-from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
+from weavecore.commands.time_limit import timed_progress
 from weavecore.units import Length, Lengths
-from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+from weavecore.viewing.terminal import part_of, show_lines
 
 _MATERIALS = "What the rods are made of: gfrp, gfrp-short, bamboo, rattan or steel-strip."
 
@@ -111,9 +111,7 @@ def weave(
     Lengths are in the file's own unit, or in the one that is written after them.
     """
     targets = [path for path in (out, json, picture) if path is not None]
-    start_clock(input_file, time_limit, extra=FINENESS_SECONDS if edge_target else 0.0)
-    with progress_bar(quiet=quiet) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(input_file, time_limit, quiet=quiet, is_fine=bool(edge_target)) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs(targets, overwrite=overwrite)
