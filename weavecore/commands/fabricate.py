@@ -8,10 +8,10 @@ from typing import Annotated, Callable, Optional
 import typer
 
 from weavecore.commands.arguments import Quiet, TimeLimit, length
-from weavecore.commands.time_limit import checked, start_clock
+from weavecore.commands.time_limit import timed_progress
 from weavecore.fabricating.workshop import OVERLAP, PAPERS, SPLICES, TEMPLATES
 from weavecore.units import Length
-from weavecore.viewing.terminal import progress_bar, show_lines
+from weavecore.viewing.terminal import show_lines
 
 _MM = "Millimeters"
 """Unit of all lengths in the workshop folder."""
@@ -84,9 +84,7 @@ def fabricate(
 
     All lengths are millimetres, here and in the folder, unless a unit is written after them.
     """
-    start_clock(result, time_limit)
-    with progress_bar(quiet=quiet) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(result, time_limit, quiet=quiet) as show_progress:
         from weavecore import pipeline
 
         workshop = pipeline.Workshop(

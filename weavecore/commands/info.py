@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Optional
 import typer
 
 from weavecore.commands.arguments import Input, Overwrite, TimeLimit, ends_with
-from weavecore.commands.time_limit import checked, start_clock
+from weavecore.commands.time_limit import timed_progress
 from weavecore.units import NO_UNIT, with_unit
-from weavecore.viewing.terminal import progress_bar, show_table
+from weavecore.viewing.terminal import show_table
 
 if TYPE_CHECKING:
     from weavecore.reading import CurveReport, ObjectReport
@@ -38,9 +38,7 @@ def info(
     """List a file's objects, pieces and borders, and whether each object can be woven, or why not."""
     from weavecore.pipeline import inspect_file, write_marks
 
-    start_clock(input_file, time_limit)
-    with progress_bar(quiet=False) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(input_file, time_limit, quiet=False) as show_progress:
         report = inspect_file(input_file, guarded=True, time_limit=time_limit, progress=show_progress)
         if marks is not None:
             write_marks(report, marks, overwrite=overwrite)

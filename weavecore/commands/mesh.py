@@ -20,8 +20,8 @@ from weavecore.commands.arguments import (
     Weld,
 )
 from weavecore.commands.input_file import Repairs, describe_input, read_input, written_line
-from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
-from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+from weavecore.commands.time_limit import timed_progress
+from weavecore.viewing.terminal import part_of, show_lines
 
 
 def mesh(
@@ -41,9 +41,7 @@ def mesh(
 ) -> None:
     """Write the triangle mesh that weave would use."""
     repairs = Repairs(weld, fill_holes, largest, side, strict)
-    start_clock(input_file, time_limit, extra=FINENESS_SECONDS if edge_target else 0.0)
-    with progress_bar(quiet=quiet) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(input_file, time_limit, quiet=quiet, is_fine=bool(edge_target)) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)

@@ -8,8 +8,8 @@ import typer
 
 from weavecore.commands.arguments import Overwrite, Quiet, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
-from weavecore.commands.time_limit import checked, start_clock
-from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+from weavecore.commands.time_limit import timed_progress
+from weavecore.viewing.terminal import part_of, show_lines
 
 
 def simulate(
@@ -50,9 +50,7 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Find where the rods come to rest: how far they move, their stress, the forces in ties, and stability."""
-    start_clock(result_file, time_limit)
-    with progress_bar(quiet=quiet) as show_bar:
-        tell = checked(show_bar)
+    with timed_progress(result_file, time_limit, quiet=quiet) as tell:
         from weavecore import pipeline
 
         targets = [path for path in (out, picture) if path is not None]

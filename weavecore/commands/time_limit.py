@@ -6,13 +6,16 @@ steps of Python.  Elsewhere it ends at the next progress (`checked`).
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Callable, NoReturn, Optional
 
 from weavecore.errors import TooMuchWork
+from weavecore.viewing.terminal import progress_bar
 
 DEFAULT_SECONDS = 115.0
 """Time of a command without a limit of its own: no wait is longer than two minutes."""
@@ -20,7 +23,7 @@ _FREE_MEGABYTES = 5.0
 """Files up to this size get the default; each megabyte more adds `_SECONDS_A_MEGABYTE`, as reading does."""
 _SECONDS_A_MEGABYTE = 20.0
 _MEGABYTE = 1_000_000
-FINENESS_SECONDS = 120.0
+_FINENESS_SECONDS = 120.0
 """More for a fine mesh that is asked for, as reading gets."""
 
 _ends_at: Optional[float] = None
@@ -48,6 +51,16 @@ def start_clock(path: Path, seconds: Optional[float] = None, *, extra: float = 0
     if _has_timer():
         signal.signal(signal.SIGALRM, lambda _signal, _frame: _end())
         signal.setitimer(signal.ITIMER_REAL, _seconds)
+
+
+@contextlib.contextmanager
+def timed_progress(
+    path: Path, seconds: Optional[float] = None, *, quiet: bool, is_fine: bool = False
+) -> Iterator[Callable[[float, str], None]]:
+    """A progress bar, with the clock started; see `start_clock` and `progress_bar`."""
+    start_clock(path, seconds, extra=_FINENESS_SECONDS if is_fine else 0.0)
+    with progress_bar(quiet=quiet) as show_progress:
+        yield checked(show_progress)
 
 
 def stop_clock() -> None:

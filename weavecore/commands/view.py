@@ -7,8 +7,8 @@ import typer
 
 from weavecore.commands.arguments import Overwrite, Quiet, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
-from weavecore.commands.time_limit import checked, start_clock
-from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+from weavecore.commands.time_limit import timed_progress
+from weavecore.viewing.terminal import part_of, show_lines
 
 
 def view(
@@ -28,9 +28,7 @@ def view(
     Families and generations can be shown or hidden, rods selected to see length, least radius and marks, and
     the construction played step by step.
     """
-    start_clock(result_file, time_limit)
-    with progress_bar(quiet=quiet) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(result_file, time_limit, quiet=quiet) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs([out], overwrite=overwrite)

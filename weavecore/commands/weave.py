@@ -32,9 +32,9 @@ from weavecore.commands.arguments import (
     lengths,
 )
 from weavecore.commands.input_file import Repairs, describe_input, read_input, written_line
-from weavecore.commands.time_limit import FINENESS_SECONDS, checked, start_clock
+from weavecore.commands.time_limit import timed_progress
 from weavecore.units import Length, Lengths
-from weavecore.viewing.terminal import part_of, progress_bar, show_lines
+from weavecore.viewing.terminal import part_of, show_lines
 
 if TYPE_CHECKING:
     from weavecore.model import Latitudes, SurfaceMesh
@@ -133,9 +133,7 @@ def weave(
     """
     targets = [path for path in (out, json, picture) if path is not None]
     repairs = Repairs(weld, fill_holes, largest, side, strict)
-    start_clock(input_file, time_limit, extra=FINENESS_SECONDS if edge_target else 0.0)
-    with progress_bar(quiet=quiet) as show_bar:
-        show_progress = checked(show_bar)
+    with timed_progress(input_file, time_limit, quiet=quiet, is_fine=bool(edge_target)) as show_progress:
         from weavecore import pipeline
 
         pipeline.check_outputs(targets, overwrite=overwrite)
