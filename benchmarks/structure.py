@@ -1,8 +1,9 @@
-"""The structural stage on all samples: ``python benchmarks/structure.py [SAMPLE…] [--segments N]`` prints a table.
+"""The structural stage on all samples: ``python benchmarks/structure.py [SAMPLE…] [--within MM]`` prints a table.
 
 Each sample is woven in three patterns with the options that are suggested, and comes to rest twice: with its borders
 held under its own weight, and released without supports or loads.  Departure is of the nodes, in millimetres; its share
-is the mean over the diagonal of the bounding box.  A row that did not converge gives the residual force.
+is the mean over the diagonal of the bounding box.  A row that did not converge gives the residual force.  With
+``--within``, a third row holds few nodes, so that under self-weight none departs by more.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("samples", nargs="*", default=sorted(path.stem for path in SAMPLES.glob("*.3dm")))
     parser.add_argument("--segments", type=int, default=2)
+    parser.add_argument("--within", type=float, metavar="MM")
     parser.add_argument("--patterns", default=",".join(PATTERNS))
     options = parser.parse_args()
     print("| " + " | ".join(COLUMNS) + " |")
@@ -41,22 +43,25 @@ def main() -> None:
         latitudes = wc.offset(wc.read_surface(SAMPLES / f"{sample}.3dm"))
         for pattern in options.patterns.split(","):
             weave = wc.weave(wc.link(latitudes, pattern=pattern))
-            for supports in ("borders", "none"):
-                print(
-                    "| " + " | ".join([sample, pattern, *row_of(weave, supports, options.segments)]) + " |", flush=True
-                )
+            for supports in ("borders", "none", *(["within"] if options.within else [])):
+                row = row_of(weave, supports, options.segments, options.within)
+                print("| " + " | ".join([sample, pattern, *row]) + " |", flush=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"\nPeak memory {peak:,.0f} MB; NumPy {np.__version__}, Python {sys.version.split()[0]}.")
 
 
-def row_of(weave: wc.Weave, supports: str, segments: int) -> list[str]:
+def row_of(weave: wc.Weave, supports: str, segments: int, within: float | None = None) -> list[str]:
     """One row from the supports on; seconds are of this process, so that others on the machine do not count."""
     surface = weave.lattice.latitudes.surface
     unit = millimetres_in(surface.unit)
     held = supports == "borders" and bool(weave.is_border_node.any())
     begun = time.process_time()
     try:
-        found = wc.simulate(weave, supports=supports if held else "none", segments=segments)
+        if supports == "within":
+            found = wc.simulate(weave, within=within / unit, segments=segments)
+            supports = f"{int(found.is_supported.sum())} of {len(found.is_supported)} nodes"
+        else:
+            found = wc.simulate(weave, supports=supports if held else "none", segments=segments)
         state = "yes" if found.is_stable else f"no, {found.n_negative}"
     except WeaveError as error:
         found = getattr(error, "reached", None)
@@ -67,7 +72,7 @@ def row_of(weave: wc.Weave, supports: str, segments: int) -> list[str]:
     move = found.departure_mean * unit, found.departure_p95 * unit, found.departure_max * unit
     n = 3 * len(place_points(weave.axes, segments=segments, metres=1.0).points)
     return [
-        supports if held or supports == "none" else "no border",
+        "no border" if supports == "borders" and not held else supports,
         f"{n:,}",
         *(f"{one:.3g}" for one in move),
         f"{found.departure_mean / surface.size:.2%}",

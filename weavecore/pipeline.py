@@ -40,6 +40,7 @@ from weavecore.reading import (
 from weavecore.reading.formats.result_json import read_weave
 from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports
+from weavecore.simulating.hold import hold_until_within
 from weavecore.simulating.simulate import SEGMENTS, simulate_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
@@ -256,6 +257,7 @@ def simulate(
     forces: Sequence[tuple[Any, Any]] = (),
     segments: int = SEGMENTS,
     stations: Any = None,
+    within: Optional[float] = None,
     unit: Optional[str] = None,
     buckling: bool = False,
     progress: Optional[Progress] = None,
@@ -278,6 +280,8 @@ def simulate(
         Straight segments between two joints, 2 at least.
     stations : (M,) array_like, optional
         Distance of each joint from the start of its rod where the marks differ from the drawn ones.
+    within : float, optional
+        Choose the supports: few nodes that are held so that none departs by more than this length, in the model's unit.
     unit : str, optional
         Unit of the weave where it states none: ``"mm"``, ``"m"``…
     buckling : bool
@@ -296,18 +300,25 @@ def simulate(
         Where no equilibrium was found; ``reached`` is the state at which the search ended.
     """
     down = (0.0, 0.0, -1.0)
-    is_on = supports != "none" if gravity is None else gravity is not False
+    is_on = (supports != "none" or within is not None) if gravity is None else gravity is not False
     direction = (down if gravity is None or gravity is True else gravity) if is_on else None
-    return simulate_weave(
-        weave,
-        supports=supports,
-        loads=Loads(gravity=direction, pressure=pressure, forces=tuple(forces)),
-        segments=segments,
-        stations=stations,
-        unit=unit,
-        buckling=buckling,
-        progress=progress,
-    )
+    loads = Loads(gravity=direction, pressure=pressure, forces=tuple(forces))
+
+    def at_rest(held: Supports, carried: Loads = loads) -> Equilibrium:
+        return simulate_weave(
+            weave,
+            supports=held,
+            loads=carried,
+            segments=segments,
+            stations=stations,
+            unit=unit,
+            buckling=buckling,
+            progress=progress,
+        )
+
+    if within is None:
+        return at_rest(supports)
+    return hold_until_within(at_rest, within, released=at_rest("none", Loads()))
 
 
 def export(

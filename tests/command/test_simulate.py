@@ -52,3 +52,27 @@ def test_relaxed_results_can_be_simulated_viewed_and_written_for_rhino(run: Run,
     layers = {layer.FullPath for layer in rhino3dm.File3dm.Read("relaxed.3dm").Layers}
     assert "equilibrium::supports" in layers
     assert "equilibrium::rods::latitudes" in layers
+
+
+def test_simulate_chooses_the_supports_for_a_limit(run: Run, woven: Path) -> None:
+    assert run("simulate", "woven.json", "-o", "free.json", "--supports", "none", "-q").status == 0
+    limit = 0.8 * json.loads(Path("free.json").read_text("utf-8"))["equilibrium"]["departure"]["max"]
+    ended = run("simulate", "woven.json", "-o", "held.json", "--within", str(limit), "--no-gravity", "-q")
+    assert (ended.status, ended.err) == (0, "")
+    entry = json.loads(Path("held.json").read_text("utf-8"))["equilibrium"]
+    assert entry["departure"]["max"] <= limit
+    assert entry["supports"].endswith("nodes")
+
+
+def test_supports_are_read_from_a_file_of_points(run: Run, woven: Path) -> None:
+    points = json.loads(woven.read_text("utf-8"))["lattice"]["nodes"]
+    lowest = min(point[2] for point in points)
+    rim = [point for point in points if point[2] < lowest + 1e-6]
+    rows = [",".join(repr(c) for c in point) for point in (*rim, rim[0])]
+    Path("rim.csv").write_text("\n".join(rows), "utf-8")
+    ended = run("simulate", "woven.json", "-o", "relaxed.json", "--supports", "rim.csv", "-q")
+    assert (ended.status, ended.err) == (0, "")
+    entry = json.loads(Path("relaxed.json").read_text("utf-8"))["equilibrium"]
+    held = {reaction["node"] for reaction in entry["reactions"]}
+    assert {n for n, point in enumerate(points) if point[2] < lowest + 1e-6} <= held
+    assert len(held) < len(points)

@@ -98,3 +98,18 @@ def test_first_buckling_factor_of_a_straight_rod_is_that_of_euler() -> None:
     structure = rod(n + 1, 1 / n, fixed=fixed, loads=loads)
     found = find_equilibrium(structure, np.c_[np.linspace(0, 1, n + 1), np.zeros((n + 1, 2))])
     assert first_buckling_factor(structure, found) == pytest.approx(np.pi**2 / 2, rel=1e-3)
+
+
+def test_straight_rod_above_the_load_of_euler_leaves_its_saddle_for_a_stable_arch() -> None:
+    n = 100
+    fixed, loads = np.zeros((n + 1, 3), bool), np.zeros((n + 1, 3))
+    fixed[0], fixed[-1, 1:], fixed[:, 1] = True, True, True
+    loads[-1, 0] = -1.1 * np.pi**2
+    found = find_equilibrium(
+        rod(n + 1, 1 / n, fixed=fixed, loads=loads), np.c_[np.linspace(0, 1, n + 1), np.zeros((n + 1, 2))]
+    )
+    assert found.is_converged
+    assert found.n_negative == 0
+    # The elastica: load / pi^2 = (2 K / pi)^2 and height = k / K.
+    m = brentq(lambda m: (2 * ellipk(m) / np.pi) ** 2 - 1.1, 1e-6, 0.9)
+    assert np.abs(found.points[:, 2]).max() == pytest.approx(np.sqrt(m) / ellipk(m), rel=2e-3)

@@ -171,3 +171,21 @@ def test_buckling_factor_is_above_one_for_a_stable_weave_and_falls_with_the_load
     assert light.buckling_factor is not None
     assert heavy.buckling_factor is not None
     assert 1 < heavy.buckling_factor < light.buckling_factor
+
+
+def test_few_held_nodes_keep_all_within_the_limit() -> None:
+    limit = 0.8 * at_rest("none").departure_max
+    equilibrium = at_rest(within=limit, gravity=False)
+    assert equilibrium.is_stable
+    assert equilibrium.departure_max <= limit
+    assert 3 <= equilibrium.is_supported.sum() < tube().lattice.n_nodes / 2
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, np.nan])
+def test_limits_of_departure_that_are_not_positive_are_refused(limit: float) -> None:
+    with pytest.raises(Unsupported, match="positive"):
+        pipeline.simulate(tube(), within=limit)
+
+
+def test_a_weave_that_keeps_its_shape_within_the_limit_is_not_held() -> None:
+    assert not at_rest(within=1000.0, gravity=False).is_supported.any()

@@ -27,6 +27,12 @@ def simulate(
             metavar="SUPPORTS", help="borders, none, or a .3dm or .csv with curves that nodes are held along."
         ),
     ] = "borders",
+    within: Annotated[
+        Optional[float],
+        typer.Option(
+            metavar="LENGTH", help="Instead of --supports, hold few nodes so that none departs by more than this."
+        ),
+    ] = None,
     gravity: Annotated[
         Optional[bool],
         typer.Option(
@@ -64,6 +70,7 @@ def simulate(
             gravity=gravity,
             pressure=pressure,
             segments=segments,
+            within=within,
             unit=unit,
             buckling=buckling,
             progress=part_of(tell, 0.1, 0.9),
