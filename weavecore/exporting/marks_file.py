@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from weavecore.exporting.rhino_builder import RhinoFileBuilder
-from weavecore.model import Mark
+from weavecore.model import InspectionMark
 
 _COLOURS = {"edges": (214, 30, 30), "gaps": (240, 130, 0), "notes": (150, 40, 170), "borders": (60, 60, 66)}
 """Colour of each layer."""
 
 
-def encode_marks(marks: Sequence[Mark], *, unit: str, tolerance: float) -> bytes:
+def encode_marks(marks: Sequence[InspectionMark], *, unit: str, tolerance: float) -> bytes:
     """Write marks, on a layer for each kind.
 
     Parameters
     ----------
-    marks : sequence of Mark
+    marks : sequence of InspectionMark
     unit : str
         Rhino's name.
     tolerance : float

@@ -5,7 +5,7 @@ from weavecore.model.equilibrium import Equilibrium
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
-from weavecore.model.notes import Mark, Note
+from weavecore.model.notes import InspectionMark, Note
 from weavecore.model.polylines import Polylines
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.sequence import BuildSequence
@@ -23,10 +23,10 @@ __all__ = [
     "BuildSequence",
     "Clashes",
     "Equilibrium",
+    "InspectionMark",
     "Joints",
     "Latitudes",
     "Lattice",
-    "Mark",
     "Material",
     "Note",
     "Origins",

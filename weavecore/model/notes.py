@@ -95,7 +95,7 @@ class Note:
 
 
 @dataclass(frozen=True, eq=False)
-class Mark:
+class InspectionMark:
     """A place to look at: a dot, or a curve.
 
     Parameters

@@ -79,7 +79,7 @@ def find_coincident(vertices: Floats, faces: Ints, weld: Ints, tolerance: float)
     part, partner = _parts(faces, weld, normal)
     if part.max() == 0:
         return nothing
-    search = _Search(vertices, faces, part, normal, tolerance + _chord(vertices, faces, normal, partner))
+    search = _OverlapSearch(vertices, faces, part, normal, tolerance + _chord(vertices, faces, normal, partner))
     some = np.arange(0, len(faces), max(1, len(faces) // _SAMPLED))
     if not (search.cover(search.samples(some)[:, 0], some) >= 0).any():
         return nothing
@@ -160,7 +160,7 @@ def _chord(vertices: Floats, faces: Ints, normal: Floats, partner: Ints) -> Floa
     return chord
 
 
-class _Search:
+class _OverlapSearch:
     """Finds the face of another part that a point lies on."""
 
     def __init__(self, vertices: Floats, faces: Ints, part: Ints, normal: Floats, reach: Floats) -> None:

@@ -13,13 +13,13 @@ import numpy as np
 from weavecore.errors import WeaveError
 from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
-from weavecore.model import Mark, Note, SurfaceMesh
+from weavecore.model import InspectionMark, Note, SurfaceMesh
 from weavecore.model.notes import texts_of
 from weavecore.reading.choose import is_candidate
 from weavecore.reading.curves import curve_from
 from weavecore.reading.formats.mesh_file import read_mesh_file
 from weavecore.reading.formats.rhino_3dm import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
-from weavecore.reading.pieces import Piece, pieces_of, spanned_area
+from weavecore.reading.pieces import SurfacePiece, pieces_of, spanned_area
 from weavecore.reading.raw import RawMesh
 from weavecore.reading.read import check_ending, is_rhino, raw_from_document
 from weavecore.reading.repair import repair
@@ -78,11 +78,11 @@ class ObjectReport:
     message : str
         The error, or what would be repaired.
     notes : tuple of Note
-    pieces : tuple of Piece
+    pieces : tuple of SurfacePiece
         Connected components.
     borders : tuple of BorderReport
         One for each of ``border_lengths``.
-    marks : tuple of Mark
+    marks : tuple of InspectionMark
         Bad edges, gaps, notes and borders, to be looked at.
     """
 
@@ -98,9 +98,9 @@ class ObjectReport:
     code: str
     message: str
     notes: tuple[Note, ...] = ()
-    pieces: tuple[Piece, ...] = ()
+    pieces: tuple[SurfacePiece, ...] = ()
     borders: tuple[BorderReport, ...] = ()
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[InspectionMark, ...] = ()
 
     @property
     def n_borders(self) -> int:
@@ -196,7 +196,7 @@ def inspect_file(
     """
     if guarded:
         limits = limits_for_all(path, time_limit=time_limit)
-        classes = (FileReport, ObjectReport, CurveReport, BorderReport, Piece, Note, Mark)
+        classes = (FileReport, ObjectReport, CurveReport, BorderReport, SurfacePiece, Note, InspectionMark)
         report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress, classes=classes)
         return report
     if is_rhino(path):
@@ -281,7 +281,7 @@ def _report(one: RhinoObject, raw: RawMesh) -> ObjectReport:
 
 def _refused(one: RhinoObject, error: WeaveError) -> ObjectReport:
     ends = np.reshape(error.points, (-1, 2, 3)) if error.points else np.zeros((0, 2, 3))
-    marks = tuple(Mark("edges", error.code, pair) for pair in ends[:_MOST_MARKS])
+    marks = tuple(InspectionMark("edges", error.code, pair) for pair in ends[:_MOST_MARKS])
     return ObjectReport(
         id=one.id,
         name=one.name,
@@ -315,15 +315,15 @@ def _report_borders(surface: SurfaceMesh) -> Iterator[BorderReport]:
         yield BorderReport(_length(surface.vertices[loop]), spanned, gap, tuple(where.tolist()))
 
 
-def _marks(surface: SurfaceMesh, borders: tuple[BorderReport, ...]) -> Iterator[Mark]:
+def _marks(surface: SurfaceMesh, borders: tuple[BorderReport, ...]) -> Iterator[InspectionMark]:
     """Dots at notes and at narrow gaps, and borders as curves."""
     for note in surface.notes:
         for point in np.reshape(note.points, (-1, 3)):
-            yield Mark("notes", note.code, point[None])
+            yield InspectionMark("notes", note.code, point[None])
     for number, (border, loop) in enumerate(zip(borders, surface.borders)):
         if border.gap is not None and border.gap < _NARROW * surface.size:
-            yield Mark("gaps", f"gap of {border.gap:.3g}", np.array([border.at]))
-        yield Mark("borders", f"border {number}", surface.vertices[np.append(loop, loop[0])])
+            yield InspectionMark("gaps", f"gap of {border.gap:.3g}", np.array([border.at]))
+        yield InspectionMark("borders", f"border {number}", surface.vertices[np.append(loop, loop[0])])
 
 
 def _border_lengths(surface: SurfaceMesh) -> tuple[float, ...]:

@@ -32,7 +32,7 @@ _FLAT = 1e-4
 
 
 @dataclass(frozen=True)
-class Piece:
+class SurfacePiece:
     """A connected component.
 
     Parameters
@@ -52,7 +52,7 @@ class Piece:
     middle: tuple[float, float, float]
 
 
-def pieces_of(surface: SurfaceMesh) -> tuple[Piece, ...]:
+def pieces_of(surface: SurfaceMesh) -> tuple[SurfacePiece, ...]:
     """The pieces of a mesh, in the order of their first faces.
 
     Parameters
@@ -61,7 +61,7 @@ def pieces_of(surface: SurfaceMesh) -> tuple[Piece, ...]:
 
     Returns
     -------
-    tuple of Piece
+    tuple of SurfacePiece
     """
     label = surface.component_of_face
     count, area = np.bincount(label), _areas(surface)
@@ -71,7 +71,7 @@ def pieces_of(surface: SurfaceMesh) -> tuple[Piece, ...]:
     np.maximum.at(high, label, corners.max(1))
     size, middle = np.linalg.norm(high - low, axis=1), (low + high) / 2
     rows = zip(count.tolist(), area.tolist(), size.tolist(), middle.tolist())
-    return tuple(Piece(n, a, s, (m[0], m[1], m[2])) for n, a, s, m in rows)
+    return tuple(SurfacePiece(n, a, s, (m[0], m[1], m[2])) for n, a, s, m in rows)
 
 
 def _areas(surface: SurfaceMesh) -> Floats:

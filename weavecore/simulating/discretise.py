@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.model import RodAxes, Weave
-from weavecore.simulating.elements import Bends, Stretches, Ties, tie_values
+from weavecore.simulating.elements import Bends, Stretches, TieElements, tie_values
 
 _TIE_STIFFNESS = 1.0
 """Of a tie against that of the median segment: so a tie gives way by microns, and the Hessian is no worse for it."""
@@ -139,7 +139,7 @@ def tie_points(weave: Weave, rods: RodPoints) -> Ints:
     return np.stack([a, b, rods.before[a], rods.after[a], rods.before[b], rods.after[b]], axis=1)
 
 
-def elements_of(weave: Weave, rods: RodPoints, *, diameter: float) -> tuple[Bends, Stretches, Ties]:
+def elements_of(weave: Weave, rods: RodPoints, *, diameter: float) -> tuple[Bends, Stretches, TieElements]:
     """Bends, segments and ties of round, full rods of a diameter in metres."""
     modulus = weave.material.modulus * 1e9
     area, inertia = np.pi * diameter**2 / 4, np.pi * diameter**4 / 64
@@ -150,4 +150,4 @@ def elements_of(weave: Weave, rods: RodPoints, *, diameter: float) -> tuple[Bend
     points = tie_points(weave, rods)
     rest, _ = tie_values(rods.points, points)
     stiff = _TIE_STIFFNESS * modulus * area / float(np.median(rods.rest_lengths))
-    return bends, stretches, Ties(points, rest, np.full(rest.shape, stiff))
+    return bends, stretches, TieElements(points, rest, np.full(rest.shape, stiff))

@@ -65,7 +65,7 @@ class Stretches:
 
 
 @dataclass(frozen=True, eq=False)
-class Ties:
+class TieElements:
     """Pairs of rods that are tied where they cross.
 
     Parameters
@@ -181,7 +181,7 @@ def tie_values(x: Floats, points: Ints) -> tuple[Floats, Floats]:
     return np.stack([distance, along_a, along_b], axis=1), slopes
 
 
-def tie_hessian(x: Floats, ties: Ties, force: Optional[Floats] = None) -> Floats:
+def tie_hessian(x: Floats, ties: TieElements, force: Optional[Floats] = None) -> Floats:
     """(T, 3, 3, 3, 3) second derivatives by gap and chords, with tie forces (T, 3) of one's own where given."""
     values, slopes = tie_values(x, ties.points)
     force = ties.stiffness * (values - ties.rest) if force is None else force

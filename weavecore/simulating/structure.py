@@ -21,7 +21,7 @@ from weavecore.simulating.elements import (
     TIE_SIGNS,
     Bends,
     Stretches,
-    Ties,
+    TieElements,
     bend_gradient,
     bend_hessian,
     stretch_hessian,
@@ -48,7 +48,7 @@ class Structure:
     n_points : int
     bends : Bends
     stretches : Stretches
-    ties : Ties
+    ties : TieElements
     loads : (n, 3) float64
         Forces on the points, which keep their direction.
     is_fixed : (n, 3) bool
@@ -58,7 +58,7 @@ class Structure:
     n_points: int
     bends: Bends
     stretches: Stretches
-    ties: Ties
+    ties: TieElements
     loads: Floats
     is_fixed: Bools
 
