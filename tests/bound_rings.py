@@ -173,7 +173,7 @@ def _check_families(lattice: Lattice, naked) -> None:
         elif family == 1:
             on_selvedge = -1 in (p, q) or (a, b) in naked
             assert (p, q) in parents or (q, p) in parents or on_selvedge
-    assert sorted(rings) == list(range(len(lattice.latitudes)))
+    assert sorted(rings) == np.unique(lattice.node_latitude[lattice.node_latitude >= 0]).tolist()
     for p, edges in rings.items():
         ends = Counter(v for e in edges for v in e)
         n_nodes = int(np.sum(lattice.node_latitude == p))

@@ -60,8 +60,6 @@ def _spoil_topology():
     fin = np.concatenate([vertices, [[0.0, 0.0, 3.0]]])
     inner = faces[len(faces) // 2]
     enter("three faces on an edge", "NON_MANIFOLD", fin, np.concatenate([faces, [[*inner[:2], len(vertices)]]]))
-    two = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
-    enter("two faces that touch in a vertex", "NON_MANIFOLD", np.array(two), np.array([[0, 1, 2], [0, 3, 4]]))
     n = 30
     half = np.pi * np.arange(n) / n
     across = np.stack([np.cos(half), 0 * half, np.sin(half)], axis=1)

@@ -6,10 +6,10 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.simulating.elements import Bends, Stretches, Ties
+from weavecore.simulating.elements import Bends, Stretches, TieElements
 from weavecore.simulating.structure import Structure
 
-NO_TIES = Ties(np.zeros((0, 6), np.int64), np.zeros((0, 3)), np.zeros((0, 3)))
+NO_TIES = TieElements(np.zeros((0, 6), np.int64), np.zeros((0, 3)), np.zeros((0, 3)))
 
 
 def rod(
@@ -55,7 +55,7 @@ def crossing_rods(seed: int = 0) -> tuple[Structure, np.ndarray]:
             16,
             Bends(np.stack([inner - 1, inner, inner + 1], axis=1), draw.uniform(0.5, 2.0, 12)),
             Stretches(np.stack([first, first + 1], axis=1), draw.uniform(0.1, 0.2, 14), draw.uniform(5.0, 50.0, 14)),
-            Ties(ties, draw.normal(size=(2, 3)), draw.uniform(5.0, 50.0, (2, 3))),
+            TieElements(ties, draw.normal(size=(2, 3)), draw.uniform(5.0, 50.0, (2, 3))),
             draw.normal(size=(16, 3)),
             fixed,
         ),

@@ -139,7 +139,7 @@ def test_three_rods_at_a_joint_take_two_ties_that_go_around_all() -> None:
 
 
 def test_conflicts_of_the_weave_stand_at_their_joints() -> None:
-    weave = woven_sample(SHELL, "triangular")
+    weave = woven_sample("narrow_neck", "plain")
     joints = table(make(weave), "joints")
     assert len(weave.conflicts)
     told = Counter(

@@ -26,9 +26,13 @@ PLACES = {
 }
 
 
+SMOOTHED = 1e-5
+"""Parts of the surface's unit: conjugate gradients of the smoothing make more of rounding errors, here up to 6e-6."""
+
+
 def rounding(scale: float, shift: tuple[float, ...]) -> float:
     """How much the rounding of the input may show, in parts of the surface's unit: steps of the coordinates there."""
-    return 1e-8 + 1e4 * float(np.spacing(np.abs(shift).max())) / scale
+    return SMOOTHED + 1e4 * float(np.spacing(np.abs(shift).max())) / scale
 
 
 def assert_same_but_moved(one: Lattice, other: Lattice, scale: float, shift: tuple[float, ...]) -> None:

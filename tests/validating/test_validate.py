@@ -459,7 +459,8 @@ def _(lattice: Lattice) -> Lattice:
 
 @breaks("lattice", "rings_too_small")
 def _(lattice: Lattice) -> Lattice:
-    return replace(lattice, node_latitude=changed(lattice.node_latitude, lattice.node_latitude == 5, -1))
+    gone = np.flatnonzero(lattice.node_latitude == 5)[2:]
+    return replace(lattice, node_latitude=changed(lattice.node_latitude, gone, -1))
 
 
 @breaks("lattice", "longitudinal_edges_astray")

@@ -18,8 +18,8 @@ from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.rod_ends import lengthen_short_rods
 
 MOST_TURN = np.radians(44.0)
-"""A rod that would turn more than this at one node ends there, rings too: two rods cross and run past.  The offsets over
-and under add up to a degree, and 45° is the most that the axis should turn."""
+"""A rod that would turn more than this at one node ends there, rings too: two rods cross and run past.  The offsets
+over and under add up to a degree, and 45° is the most that the axis should turn."""
 
 
 def pair_darts(lattice: Lattice) -> Ints:

@@ -101,7 +101,7 @@ def test_more_borders_than_the_object_says_are_told():
     told = repair(RawMesh(vertices, faces, n_borders_expected=2)).notes
     assert not any("borders" in one for one in told)
     told = repair(replace(RawMesh(vertices, faces), n_borders_expected=1)).notes
-    assert "By its edges the object has 1 borders, and its mesh has 2." in told
+    assert "By its edges the object has 1 borders, and its mesh has 2." in map(str, told)
 
 
 def test_the_report_of_a_file_names_borders_and_their_lengths(tmp_path: Path):
