@@ -98,7 +98,7 @@ def parallel_geodesics(surface: SurfaceMesh, spacing: float) -> list[np.ndarray]
 
 def _walk(domain: Domain, face: np.ndarray, weights: np.ndarray, way: np.ndarray) -> list[Walks]:
     xy = domain.plane_points(face, weights)
-    ux, uy = domain.aimed(face, way)
+    ux, uy = domain.plane_directions(face, way)
     return [walk_far(domain.frames, 3 * face, xy[:, 0], xy[:, 1], ux, uy, np.array([_FAR]))]
 
 
