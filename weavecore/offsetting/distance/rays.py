@@ -87,7 +87,7 @@ class _Columns:
             column[..., index] = values
 
     def _columns(self) -> list[Floats]:
-        return [getattr(self, field.name) for field in fields(self)]  # type: ignore[arg-type]
+        return [getattr(self, field.name) for field in fields(self)]  # type: ignore[arg-type]  # all subclasses are dataclasses
 
 
 @dataclass
