@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from raw_meshes import grid, loose, moved, together, triangles
+from messy_exports import MESSES
+from raw_meshes import ball, grid, loose, moved, together, triangles
+from tough_surfaces import TOUGH
 from weavecore.errors import Degenerate, Doubtful, NoSurface, TooFarFromOrigin
 from weavecore.model.notes import Note
 from weavecore.pipeline import refuse_doubts
@@ -131,6 +133,13 @@ class TestStitching:
         assert "STITCHED" not in codes(surface)
 
 
+def test_the_pointed_end_of_a_curved_slit_stays_open():
+    vertices, faces = TOUGH["crumpled"](2)
+    surface = surface_from_arrays(vertices, faces)
+    assert "STITCHED" not in codes(surface)
+    assert surface.n_faces == len(faces)
+
+
 def triangles_with_a_hanging_vertex():
     vertices = grid(1, 2)[0]
     vertices = np.concatenate([vertices, [[0.5, 1.0, 0.0]]])
@@ -162,7 +171,18 @@ class TestSheetsThatAreThereTwice:
         both = together((vertices, quads), (moved(vertices, 2.4, 0, 0), quads))
         surface = surface_from_arrays(*both)
         assert len(surface.borders) == 2
-        assert "they are kept" in noted(surface, "COINCIDENT").text
+        assert ": kept," in noted(surface, "COINCIDENT").text
+
+    def test_a_soup_of_two_close_sides_whose_last_digits_differ_is_one_tube(self):
+        surface = surface_from_arrays(*MESSES["last_digits"].spoil(*TOUGH["pinched_tube"](7), np.random.default_rng(3)))
+        assert len(surface.borders) == 2
+        assert "COINCIDENT" not in codes(surface)
+
+    def test_slender_faces_beside_a_seam_do_not_lie_on_each_other(self):
+        spoiled = MESSES["other_divisions"].spoil(*TOUGH["cone"](3), np.random.default_rng(1))
+        surface = surface_from_arrays(*spoiled)
+        assert len(surface.borders) == 1
+        assert "COINCIDENT" not in codes(surface)
 
     def test_two_plates_apart_are_not_the_same(self):
         vertices, quads = grid(6, 4)
@@ -196,6 +216,20 @@ class TestPieces:
         surface = repair(raw, options=RepairOptions(fill_holes=1e9))
         assert (len(surface.borders), surface.euler_characteristic) == (1, 1)
         assert noted(surface, "FILLED").points
+
+    def test_a_missing_face_of_a_closed_body_is_a_doubt_and_can_be_filled(self):
+        vertices, faces = ball(3)
+        surface = surface_from_arrays(vertices, faces[1:])
+        assert noted(surface, "SLIT").is_doubt
+        longest = dict(noted(surface, "SLIT").numbers)["longest"]
+        raw = RawMesh(vertices, faces[1:])
+        filled = repair(raw, options=RepairOptions(fill_holes=1.01 * longest), is_cut=False)
+        assert (filled.n_faces, len(filled.borders)) == (len(faces), 0)
+
+    def test_the_only_border_of_an_open_body_is_not_a_slit(self):
+        vertices, faces = ball(3)
+        surface = surface_from_arrays(vertices, faces[vertices[faces][:, :, 2].max(1) < 0.9])
+        assert codes(surface) == ["DROPPED"]
 
     def test_a_slit_is_a_doubt(self):
         vertices, quads = grid(8, 8)

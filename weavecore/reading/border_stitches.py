@@ -6,8 +6,9 @@ Two sides of a seam that were divided differently leave slits without area, whic
                                          ╲    │    ╱         the triangle on ab becomes a fan
       ──a──p──────q───b──    ──▶       ──a──p─┴──q──b──
 
-A vertex lies on an edge if it is nearer than the tolerance plus the chord error of both sides, which follows from the
-turning angle θ of the border: an edge of length L on a curve has the sagitta L θ / 8.  Insertions after which nothing
+A vertex lies on an edge if it is nearer than the tolerance plus the chord error there, which follows from the
+turning angle θ of the border: an edge of length L on a curve has the sagitta L θ / 8, and at t from 0 to 1 along it
+leaves the curve by 4 t (1 - t) times as much.  Insertions after which nothing
 is closed, or an edge has more than two faces, are undone.  A k-d tree finds the vertices: O(n log n) in the border.
 """
 
@@ -109,7 +110,7 @@ def _find(vertices: Floats, faces: Ints, weld: Ints, alone: Ints, tolerance: flo
     along = vertices[head] - vertices[tail]
     length = np.linalg.norm(along, axis=1)
     along = along / np.maximum(length, np.finfo(float).tiny)[:, None]
-    reach = tolerance + _CHORDS * length * _turning(tail, head, along, len(vertices))
+    chord = _CHORDS * length * _turning(tail, head, along, len(vertices))
     border = np.unique(np.concatenate([tail, head]))
     near = cKDTree(vertices[border]).query_ball_point((vertices[tail] + vertices[head]) / 2, length / 2)
     edge = np.repeat(np.arange(len(alone)), [len(one) for one in near])
@@ -117,7 +118,8 @@ def _find(vertices: Floats, faces: Ints, weld: Ints, alone: Ints, tolerance: flo
     to = vertices[vertex] - vertices[tail[edge]]
     at = np.einsum("ij,ij->i", to, along[edge])
     apart = np.linalg.norm(to - at[:, None] * along[edge], axis=1)
-    keep = (apart <= reach[edge]) & (at > tolerance) & (at < length[edge] - tolerance)
+    t = at / length[edge]
+    keep = (apart <= tolerance + 4 * t * (1 - t) * chord[edge]) & (at > tolerance) & (at < length[edge] - tolerance)
     keep &= (vertex != tail[edge]) & (vertex != head[edge])
     edge, vertex, at = edge[keep], vertex[keep], at[keep]
     runs = _runs_along(tail, head, along, vertex, edge, len(vertices))

@@ -38,6 +38,9 @@ _CHORD = 0.15
 _MOST_BEND = 0.5
 """Radians.  A larger angle between neighbours is a crease, not a curved surface."""
 
+_NARROW = 10
+"""Of the tolerance: a narrower face lies within it of its neighbours, and says nothing of a second sheet."""
+
 _SAMPLED = 4000
 """Faces that are looked at first; only where one of them lies on another are all looked at."""
 
@@ -79,15 +82,17 @@ def find_coincident(vertices: Floats, faces: Ints, weld: Ints, tolerance: float)
     part, partner = _parts(faces, weld, normal)
     if part.max() == 0:
         return nothing
-    search = _OverlapSearch(vertices, faces, part, normal, tolerance + _chord(vertices, faces, normal, partner))
+    above, beside = (tolerance + margin for margin in _chord(vertices, faces, normal, partner))
+    search = _OverlapSearch(vertices, faces, part, normal, above, beside)
     some = np.arange(0, len(faces), max(1, len(faces) // _SAMPLED))
     if not (search.cover(search.samples(some)[:, 0], some) >= 0).any():
         return nothing
     cover = np.stack([search.cover(points, np.arange(len(faces))) for points in search.samples().swapaxes(0, 1)], 1)
     n_parts = int(part.max()) + 1
+    is_wide = 2 * area > _NARROW * tolerance * _longest_edges(vertices, faces)
     lies = (cover >= 0).all(1)
     is_out = np.zeros(n_parts, bool)
-    whole = np.bincount(part, ~lies, n_parts) == 0
+    whole = (np.bincount(part, ~lies, n_parts) == 0) & (np.bincount(part, is_wide, n_parts) > 0)
     size = np.bincount(part, area, n_parts)
     rows_of_part = np.argsort(part, kind="stable")
     offsets = np.r_[0, np.cumsum(np.bincount(part, minlength=n_parts))]
@@ -96,7 +101,7 @@ def find_coincident(vertices: Floats, faces: Ints, weld: Ints, tolerance: float)
         is_out[p] = not is_out[others].any()
     left_out = is_out[part]
     on_kept = (cover >= 0) & ~left_out[np.maximum(cover, 0)]
-    return CoincidentFaces(left_out, on_kept.any(1) & ~left_out)
+    return CoincidentFaces(left_out, on_kept.any(1) & ~left_out & is_wide)
 
 
 def without_folded_pairs(partner: Ints, faces: Ints, lies: Bools) -> Ints:
@@ -134,6 +139,12 @@ def _normals(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     return cross / np.maximum(double, np.finfo(float).tiny)[:, None], double / 2
 
 
+def _longest_edges(vertices: Floats, faces: Ints) -> Floats:
+    ends = vertices[faces]
+    longest: Floats = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max(1)
+    return longest
+
+
 def _parts(faces: Ints, weld: Ints, normal: Floats) -> tuple[Ints, Ints]:
     """Part of each face (F,) and partners (3F,), without pairs that are folded onto each other."""
     partner, _ = pair_edges(faces, weld)
@@ -147,26 +158,30 @@ def _parts(faces: Ints, weld: Ints, normal: Floats) -> tuple[Ints, Ints]:
     return connected(h[flat] // 3, g[flat] // 3, len(faces))[1], joined
 
 
-def _chord(vertices: Floats, faces: Ints, normal: Floats, partner: Ints) -> Floats:
-    """How far (F,) a curved surface may be from the middle of a face: by the bend at its edges."""
+def _chord(vertices: Floats, faces: Ints, normal: Floats, partner: Ints) -> tuple[Floats, Floats]:
+    """How far (F,) a curved surface may be from the middle of a face, by the bend at its edges, and beside its sides.
+
+    Normals at an edge differ by the bend: a point at height h over it may lie h tan(bend / 2) beside both faces.
+    """
     owner = np.arange(len(partner)) // 3
     across = np.where(partner == NO_PARTNER, owner, partner // 3)
     cosine = np.clip(np.abs(np.einsum("ij,ij->i", normal[owner], normal[across])), 0, 1)
     bend = np.arccos(cosine).reshape(-1, 3)
     bend = np.sort(np.where(bend > _MOST_BEND, 0.0, bend), axis=1)[:, 2]
-    ends = vertices[faces]
-    longest = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max(1)
-    chord: Floats = _CHORD * longest * bend
-    return chord
+    chord: Floats = _CHORD * _longest_edges(vertices, faces) * bend
+    return chord, chord * np.tan(bend / 2)
 
 
 class _OverlapSearch:
     """Finds the face of another part that a point lies on."""
 
-    def __init__(self, vertices: Floats, faces: Ints, part: Ints, normal: Floats, reach: Floats) -> None:
+    def __init__(
+        self, vertices: Floats, faces: Ints, part: Ints, normal: Floats, above: Floats, beside: Floats
+    ) -> None:
         from scipy.spatial import cKDTree
 
-        self._corners, self._part, self._normal, self._reach = vertices[faces], part, normal, reach
+        self._corners, self._part, self._normal = vertices[faces], part, normal
+        self._above, self._beside = above, beside
         self._middle = self._corners.mean(1)
         self._tree = cKDTree(self._middle)
         self._k = min(_NEAREST, len(faces))
@@ -194,10 +209,10 @@ class _OverlapSearch:
         normal, corners = self._normal[face], self._corners[face]
         parallel: Bools = np.abs(np.einsum("ij,ij->i", normal, self._normal[mine])) > _PARALLEL
         height = np.abs(np.einsum("ij,ij->i", point - corners[:, 0], normal))
-        reach = self._reach[face] + self._reach[mine]
-        inside: Bools = parallel & (height <= reach)
+        inside: Bools = parallel & (height <= self._above[face] + self._above[mine])
+        beside = self._beside[face] + self._beside[mine]
         for k in range(3):
             along = corners[:, (k + 1) % 3] - corners[:, k]
             depth = np.einsum("ij,ij->i", point - corners[:, k], np.cross(normal, along))
-            inside &= depth >= -reach * np.linalg.norm(along, axis=1)
+            inside &= depth >= -beside * np.linalg.norm(along, axis=1)
         return inside

@@ -1,8 +1,8 @@
 """Pieces and borders of a mesh that may not be meant: scraps, slits and small holes.
 
 A *piece* is a connected component.  A *scrap* has less than a hundredth of the area of the largest piece.  A *slit* is
-a border that encloses no area, lacks a single face, or is shorter than a thousandth of the longest.  Linear in
-the faces.
+a border that encloses no area, lacks a single face, or is shorter than a thousandth of the longest, or of the side of a
+square of the piece's area.  Linear in the faces.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from weavecore.errors import NoSurface
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.model import Note, SurfaceMesh
 from weavecore.model.notes import at
 from weavecore.reading.raw import RawMesh, counted
@@ -22,10 +22,13 @@ _SCRAP = 0.01
 """Of the area of the largest piece: a smaller one is noted."""
 
 _SHORT = 1e-3
-"""Of the longest border: a shorter one is noted."""
+"""Of the longest border, or of the root of the piece's area: a shorter one is noted."""
 
 _MANY_FACES = 100
 """A mesh of more faces has holes of more than three corners; one of three is a face that is missing."""
+
+_OPENING = 0.5
+"""Of the root of the piece's area: its longest border is an outer one if it is longer, even of three corners."""
 
 _FLAT = 1e-4
 """Least area that a border encloses, in its squared length: a circle has 0.08, a slit of 5,000 times its width 1e-4."""
@@ -156,12 +159,8 @@ def _scraps(surface: SurfaceMesh) -> list[Note]:
 
 
 def _slits(surface: SurfaceMesh) -> list[Note]:
-    if len(surface.borders) < 2:
-        return []
     lengths = border_lengths(surface)
-    areas = np.array([spanned_area(surface.vertices[loop]) for loop in surface.borders])
-    is_face = np.array([len(loop) == 3 and surface.n_faces > _MANY_FACES for loop in surface.borders])
-    slit = np.flatnonzero((areas < _FLAT * lengths**2) | (lengths < _SHORT * lengths.max()) | is_face)
+    slit = np.flatnonzero(_is_slit(surface, lengths))
     if len(slit) == 0:
         return []
     where = np.array([surface.vertices[surface.borders[k]].mean(0) for k in slit.tolist()])
@@ -170,6 +169,37 @@ def _slits(surface: SurfaceMesh) -> list[Note]:
     text += f"up to {longest:.3g} long, "
     text += f"first at {at(where[0])}: --fill-holes {longest * 1.01:.3g} closes them."
     return [Note("SLIT", text, {"count": len(slit), "longest": longest}, where)]
+
+
+def _is_slit(surface: SurfaceMesh, lengths: Floats) -> Bools:
+    """Whether each border (B,) is a slit."""
+    if len(lengths) == 0:
+        return np.zeros(0, bool)
+    areas = np.array([spanned_area(surface.vertices[loop]) for loop in surface.borders])
+    is_face = np.array([len(loop) == 3 and surface.n_faces > _MANY_FACES for loop in surface.borders])
+    side = np.sqrt(_areas(surface))[_piece_of_border(surface)]
+    if len(lengths) > 1:
+        is_face |= lengths < _SHORT * lengths.max()
+    is_face &= ~_is_longest(surface, lengths) | (lengths < _OPENING * side)
+    slit: Bools = is_face | (areas < _FLAT * lengths**2) | (lengths < _SHORT * side)
+    return slit
+
+
+def _piece_of_border(surface: SurfaceMesh) -> Ints:
+    """The piece (B,) of each border."""
+    face_of_vertex = np.zeros(surface.n_vertices, np.int64)
+    face_of_vertex[surface.faces.ravel()] = np.repeat(np.arange(surface.n_faces), 3)
+    piece: Ints = surface.component_of_face[face_of_vertex[[loop[0] for loop in surface.borders]]]
+    return piece
+
+
+def _is_longest(surface: SurfaceMesh, lengths: Floats) -> Bools:
+    """Whether each border (B,) is the longest of its piece."""
+    piece = _piece_of_border(surface)
+    order = np.lexsort([-lengths, piece])
+    is_longest = np.zeros(len(order), bool)
+    is_longest[order[np.flatnonzero(np.r_[True, np.diff(piece[order]) != 0])]] = True
+    return is_longest
 
 
 def border_lengths(surface: SurfaceMesh) -> Floats:
@@ -197,7 +227,7 @@ def spanned_area(loop: Floats) -> float:
 def fill_holes(surface: SurfaceMesh, longest: float) -> SurfaceMesh:
     """Close borders up to a length: three corners by a triangle, others by triangles about their mean.
 
-    The longest border of each piece stays, so that no piece is closed.
+    The longest border of each piece stays unless it is a slit, so that no open piece is closed.
 
     Parameters
     ----------
@@ -210,12 +240,9 @@ def fill_holes(surface: SurfaceMesh, longest: float) -> SurfaceMesh:
         With the note FILLED where there were such borders.
     """
     lengths = border_lengths(surface)
-    face_of_vertex = np.zeros(surface.n_vertices, np.int64)
-    face_of_vertex[surface.faces.ravel()] = np.repeat(np.arange(surface.n_faces), 3)
-    piece = np.array([surface.component_of_face[face_of_vertex[loop[0]]] for loop in surface.borders], np.int64)
-    order = np.lexsort([-lengths, piece])
-    is_outer = np.zeros(len(order), bool)
-    is_outer[order[np.flatnonzero(np.r_[True, np.diff(piece[order]) != 0][: len(order)])]] = True
+    if len(lengths) == 0:
+        return surface
+    is_outer = _is_longest(surface, lengths) & ~_is_slit(surface, lengths)
     chosen = np.flatnonzero((lengths <= longest) & ~is_outer)
     if len(chosen) == 0:
         return surface

@@ -202,8 +202,11 @@ def _close_borders(
 def _drop_coincident(
     vertices: Floats, faces: Ints, ids: Ints, weld: Ints, reach: float, notes: list[Note]
 ) -> tuple[Ints, Ints, Bools]:
-    """Leave out parts that lie on others; what is left, and which of it lies on other faces."""
-    found = find_coincident(vertices, faces, weld, reach)
+    """Leave out parts that lie on others; what is left, and which of it lies on other faces.
+
+    Parts are those after almost equal vertices are welded: each face of a soup would be a part.
+    """
+    found = find_coincident(vertices, faces, weld_borders(vertices, faces, weld, reach).weld, reach)
     left = ~found.left_out
     middle = vertices[faces].mean(1)
     if found.left_out.any():
@@ -213,7 +216,7 @@ def _drop_coincident(
     if found.lies.any():
         n, where = int(found.lies.sum()), middle[found.lies]
         text = (
-            f"{counted(n, 'face')} lie on other faces, first at {at(where[0])}; they are kept, and not joined to them."
+            f"{counted(n, 'face')} on other faces, first at {at(where[0])}: kept, and not joined to what they lie on."
         )
         notes.append(Note("COINCIDENT", text, {"count": n}, where))
     return faces[left], ids[left], found.lies[left]
