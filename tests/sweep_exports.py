@@ -94,9 +94,9 @@ def run_case(base, name, seed):
     broken = [str(finding) for report in reports for finding in report if not finding.holds]
     if silent:
         return "silent", silent
-    told = sorted(doubts_of(latitudes.surface.notes))
+    told = sorted(doubts_of(lattice.latitudes.surface.notes))
     if broken:
-        return ("broken and told" if told else "broken"), [*broken, *told]
+        return ("broken and told" if "COARSE" in told else "broken"), [*broken, *told]
     return ("told" if told else "mended"), []
 
 
