@@ -60,7 +60,9 @@ def hold(name: str, pattern: str) -> None:
     assert max(np.linalg.norm(places[key] - place) for key, place in named.items()) < NEAR
 
 
-@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize(
+    "pattern", [pytest.param(name, marks=[] if name == "plain" else pytest.mark.slow) for name in PATTERNS]
+)
 def test_every_node_of_the_shell_is_rebuilt_from_marks_and_axes_alone(pattern: str) -> None:
     hold(SHELL, pattern)
 

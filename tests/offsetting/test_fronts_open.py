@@ -277,7 +277,12 @@ def offset_sample(name, borders, method):
 
 @pytest.mark.parametrize(
     ("name", "borders"),
-    [("hourglass", (0,)), ("minimal_surface", (1,)), ("six_way_joint", (0,)), ("six_way_joint", (0, 1))],
+    [
+        ("hourglass", (0,)),
+        pytest.param("minimal_surface", (1,), marks=pytest.mark.slow),
+        pytest.param("six_way_joint", (0,), marks=pytest.mark.slow),
+        pytest.param("six_way_joint", (0, 1), marks=pytest.mark.slow),
+    ],
 )
 def test_both_methods_agree_on_samples_from_chosen_borders(name, borders):
     levels, fronts = (offset_sample(name, borders, method) for method in ("levels", "fronts"))
@@ -304,7 +309,7 @@ def path_along_edges(surface, start, goal):
     return np.array(path[::-1])
 
 
-@pytest.mark.parametrize("name", ["hemisphere", "narrow_neck"])
+@pytest.mark.parametrize("name", ["hemisphere", pytest.param("narrow_neck", marks=pytest.mark.slow)])
 def test_curves_on_samples_are_offset_as_by_the_other_method(name):
     surface = pipeline.read_surface(FOLDER / f"{name}.3dm")
     border = surface.borders[0]

@@ -133,6 +133,12 @@ class TestStitching:
         assert "STITCHED" not in codes(surface)
 
 
+def test_a_vertex_that_also_lies_near_another_border_goes_where_it_lies_on_the_edge():
+    spoiled = MESSES["t_junctions"].spoil(*TOUGH["hole_near_the_rim"](102), np.random.default_rng(3))
+    surface = surface_from_arrays(*spoiled)
+    assert len(surface.borders) == 2
+
+
 def test_the_pointed_end_of_a_curved_slit_stays_open():
     vertices, faces = TOUGH["crumpled"](2)
     surface = surface_from_arrays(vertices, faces)

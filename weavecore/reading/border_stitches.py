@@ -8,8 +8,9 @@ Two sides of a seam that were divided differently leave slits without area, whic
 
 A vertex lies on an edge if it is nearer than the tolerance plus the chord error there, which follows from the
 turning angle θ of the border: an edge of length L on a curve has the sagitta L θ / 8, and at t from 0 to 1 along it
-leaves the curve by 4 t (1 - t) times as much.  Insertions after which nothing
-is closed, or an edge has more than two faces, are undone.  A k-d tree finds the vertices: O(n log n) in the border.
+leaves the curve by 4 t (1 - t) times as much.  Vertices within the tolerance come first.  Insertions after which
+nothing is closed, or an edge has more than two faces, are undone.  A k-d tree finds the vertices: O(n log n) in the
+border.
 """
 
 from __future__ import annotations
@@ -85,9 +86,15 @@ def stitch_borders(vertices: Floats, faces: Ints, weld: Ints, tolerance: float) 
     -------
     Stitches
     """
+    exact = _stitch(vertices, faces, weld, tolerance, chords=0.0)
+    curved = _stitch(vertices, exact.faces, weld, tolerance, chords=_CHORDS)
+    return Stitches(curved.faces, exact.row[curved.row], np.union1d(exact.where, curved.where))
+
+
+def _stitch(vertices: Floats, faces: Ints, weld: Ints, tolerance: float, chords: float) -> Stitches:
     partner, crowded_before = pair_edges(faces, weld)
     alone = np.setdiff1d(np.flatnonzero(partner == NO_PARTNER), crowded_before)
-    found = _find(vertices, faces, weld, alone, tolerance)
+    found = _find(vertices, faces, weld, alone, tolerance, chords)
     for _ in range(_MOST_ROUNDS):
         if len(found.halfedge) == 0:
             break
@@ -99,7 +106,7 @@ def stitch_borders(vertices: Floats, faces: Ints, weld: Ints, tolerance: float) 
     return Stitches(faces, np.arange(len(faces)), np.zeros(0, np.int64))
 
 
-def _find(vertices: Floats, faces: Ints, weld: Ints, alone: Ints, tolerance: float) -> _Insertions:
+def _find(vertices: Floats, faces: Ints, weld: Ints, alone: Ints, tolerance: float, chords: float) -> _Insertions:
     """Border vertices that lie on border edges."""
     from scipy.spatial import cKDTree
 
@@ -110,7 +117,7 @@ def _find(vertices: Floats, faces: Ints, weld: Ints, alone: Ints, tolerance: flo
     along = vertices[head] - vertices[tail]
     length = np.linalg.norm(along, axis=1)
     along = along / np.maximum(length, np.finfo(float).tiny)[:, None]
-    chord = _CHORDS * length * _turning(tail, head, along, len(vertices))
+    chord = chords * length * _turning(tail, head, along, len(vertices))
     border = np.unique(np.concatenate([tail, head]))
     near = cKDTree(vertices[border]).query_ball_point((vertices[tail] + vertices[head]) / 2, length / 2)
     edge = np.repeat(np.arange(len(alone)), [len(one) for one in near])

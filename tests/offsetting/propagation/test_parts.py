@@ -46,6 +46,7 @@ def test_steps_in_parts_lead_to_the_same_fronts_as_whole_ones(loops, spacing, pa
         assert off.max() < 0.03
 
 
+@pytest.mark.slow
 def test_what_is_left_bare_by_whole_steps_is_covered_by_steps_in_parts(monkeypatch):
     surface = pipeline.surface_from(TOUGH["crumpled"](22002))
     surface = started(surface, np.random.default_rng([22002, *b"crumpled"]))
