@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "weavecore"
 MODULES = sorted(PACKAGE.rglob("*.py"))
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *sorted((ROOT / "docs").glob("*.md"))]
 MOST_NAMES, MOST_LINES, MOST_LINES_OF_FUNCTION = 25, 700, 60
 
 
@@ -99,6 +99,12 @@ def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.Monke
     assert all((tmp_path / name).stat().st_size > 1000 for name in written)
 
 
+def test_the_citation_names_the_version_of_the_package() -> None:
+    (package,) = re.findall(r'^version = "(.+)"', (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
+    (cited,) = re.findall(r"^version: (.+)", (ROOT / "CITATION.cff").read_text("utf-8"), re.MULTILINE)
+    assert cited == package
+
+
 def test_the_files_that_the_documents_point_to_are_there() -> None:
     for document in DOCUMENTS:
         links = re.findall(r"\]\((?!https?:)([^)#]+)", document.read_text("utf-8"))
@@ -139,7 +145,7 @@ def test_the_scripts_and_folders_that_the_documents_name_are_there(document: Pat
 def test_every_page_is_linked_from_the_readme() -> None:
     readme = (ROOT / "README.md").read_text("utf-8")
     assert [
-        page.name for page in DOCUMENTS[2:] if f"](docs/{page.name})" not in readme and page.stem != "methods"
+        page.name for page in DOCUMENTS[3:] if f"](docs/{page.name})" not in readme and page.stem != "methods"
     ] == []
 
 

@@ -14,6 +14,7 @@ SAMPLES = HERE.parents[1] / "sample_files"
 
 def main() -> None:
     """Weave each sample and draw it."""
+    _draw_rods("woven_dome", wc.offset(_sample("hemisphere"), spacing=75.0))
     _draw("six_way_joint", wc.offset(_sample("six_way_joint"), spacing=30.0))
     _draw("from_one_border", wc.offset(_sample("minimal_surface"), spacing=30.0, borders=[0]))
     _draw("from_a_curve", wc.offset(_sample("hemisphere"), spacing=30.0, curves=[_wave(300.0)]))
@@ -32,6 +33,11 @@ def _wave(radius: float) -> np.ndarray:
 
 def _draw(name: str, latitudes: wc.Latitudes) -> None:
     wc.draw_picture(wc.link(latitudes), HERE / f"{name}.png", size=(1000, 750), overwrite=True)
+
+
+def _draw_rods(name: str, latitudes: wc.Latitudes) -> None:
+    woven = wc.weave(wc.link(latitudes, pattern="kagome"), material="rattan")
+    wc.draw_picture(woven, HERE / f"{name}.png", size=(1000, 750), overwrite=True)
 
 
 if __name__ == "__main__":
