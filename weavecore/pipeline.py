@@ -24,6 +24,7 @@ from weavecore.fabricating.workshop_folder import (
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern, spacing_for_edges
 from weavecore.model import Equilibrium, Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
+from weavecore.model.lattice_fit import note_inverted_faces
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
@@ -184,12 +185,16 @@ def link(
     Returns
     -------
     Lattice
+        Where faces are inverted, its surface has a note of that (COARSE).
 
     Raises
     ------
     TooMuchWork, Unsupported
     """
-    return link_pattern(latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress)
+    lattice = link_pattern(
+        latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress
+    )
+    return note_inverted_faces(lattice)
 
 
 def weave(

@@ -162,6 +162,8 @@ def weave(
             free_rings=free_rings,
             progress=part_of(show_progress, 0.5, 0.7),
         )
+        if strict:
+            pipeline.refuse_doubts(lattice.latitudes.surface)
         woven = pipeline.weave(
             lattice,
             rod_diameter=rod.in_unit(surface.unit) if rod else None,

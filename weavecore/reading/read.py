@@ -119,7 +119,9 @@ def read_surface(
     else:
         surface = _read_and_repair(path, cut_plane=cut_plane, **options)
     if surface.unit == "None" and is_rhino(path):
-        warnings.warn(UnitUnknown(f"{path} has no unit; lengths are used as they are"), stacklevel=2)
+        guess = f"{path} has no unit; lengths are used as they are"
+        warnings.warn(UnitUnknown(guess), stacklevel=2)
+        surface = replace(surface, notes=(*surface.notes, Note(UnitUnknown.code, f"{guess}.")))
     return surface
 
 
