@@ -1,6 +1,7 @@
 """The command ``weavecore``: its subcommands and exit status.
 
-Exit status: 0 done, 1 refused (one line on the error stream), 2 wrong usage, 130 stopped by the user.
+Exit status: 0 done, 1 refused (one line on the error stream), 2 wrong usage; 130 stopped by the user (Ctrl-C), 143
+ended by SIGTERM, 129 by SIGHUP, as shells have it: 128 and the number of the signal.
 What is costly to import is imported where it is used: ``--help`` answers at once.
 """
 # ruff: noqa: FA100 - typer reads the annotations, on Python 3.9 only where they are not strings.
@@ -8,11 +9,14 @@ What is costly to import is imported where it is used: ``--help`` answers at onc
 import contextlib
 import io
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Annotated, NoReturn, Optional
+from types import FrameType
+from typing import Annotated, Any, NoReturn, Optional
 
 import typer
+from typer.core import TyperGroup
 
 from weavecore.commands.fabricate import fabricate
 from weavecore.commands.info import info
@@ -23,7 +27,32 @@ from weavecore.commands.view import view
 from weavecore.commands.weave import weave
 from weavecore.errors import WeaveError
 
+REFUSED = 1
+"""Exit status where weavecore raised an error of its own."""
+
+_BY_SIGNAL = 128
+"""Exit status of a process that a signal ended, less the number of the signal."""
+
+
+class _Ended(BaseException):
+    """A signal asks the process to end; what it has begun to write is removed on the way."""
+
+
+class _Commands(TyperGroup):
+    """The group of commands; one line says why a command was stopped."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            _end("stopped by the user", status=_BY_SIGNAL + signal.SIGINT)
+        except _Ended as ended:
+            number = signal.Signals(ended.args[0])
+            _end(f"ended by {number.name}", status=_BY_SIGNAL + number)
+
+
 app = typer.Typer(
+    cls=_Commands,
     name="weavecore",
     help="Turn a freeform surface into a structure woven from rods.",
     no_args_is_help=True,
@@ -31,9 +60,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-REFUSED = 1
-"""Exit status where weavecore raised an error of its own."""
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
@@ -52,6 +78,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # A name or sign that the terminal lacks must not end the work.
             stream.reconfigure(errors="replace")
+    _raise_on_signals()
     try:
         with _one_line_errors():
             app(arguments, prog_name="weavecore")
@@ -99,6 +126,20 @@ def _one_line_errors() -> Iterator[None]:
         _end(f"INTERNAL: {what}. This is a fault of weavecore: please report it with the input file.")
 
 
-def _end(message: str) -> NoReturn:
+def _raise_on_signals() -> None:
+    """Let the signals by which a system ends processes run the clean-up first."""
+
+    def end(number: int, _frame: Optional[FrameType]) -> NoReturn:
+        raise _Ended(number)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        # A signal that the parent has set to be ignored, as nohup does, stays ignored.
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            with contextlib.suppress(ValueError):  # Not in the main thread.
+                signal.signal(number, end)
+
+
+def _end(message: str, *, status: int = REFUSED) -> NoReturn:
     typer.echo(f"weavecore: {' '.join(message.split())}", err=True)
-    sys.exit(REFUSED)
+    sys.exit(status)
