@@ -60,7 +60,7 @@ _RENAME_EXCHANGE = 2
 _AT_FDCWD = -100
 
 
-def check_targets(paths: Iterable[PathLike], *, overwrite: bool = False) -> None:
+def check_targets(paths: Iterable[PathLike], *, overwrite: bool = False, inputs: Iterable[PathLike] = ()) -> None:
     """Raise what `write_together` would raise before its first byte, without writing.
 
     Parameters
@@ -68,14 +68,17 @@ def check_targets(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
     paths : iterable of path
     overwrite : bool
         Whether files that are there already may be replaced.
+    inputs : iterable of path
+        Files that are read, and must not be replaced.
 
     Raises
     ------
     OutputExists
         Where a file is there already and ``overwrite`` is False.
     NotWritten
-        Where the folder is missing, the path is a folder, or two outputs are one file.
+        Where the folder is missing, the path is a folder, or two outputs, or an output and an input, are one file.
     """
+    read = [Path(one) for one in inputs]
     seen: set[Path] = set()
     for path in paths:
         target = _resolved(path)
@@ -85,6 +88,8 @@ def check_targets(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
         seen.add(target)
         with _raising_not_written(path):
             _check_target(Path(path), target, overwrite)
+            if target.exists() and any(one.exists() and one.samefile(target) for one in read):
+                raise NotWritten(f"{path} is the input, which would be lost", remedy="Give the output another name.")
 
 
 def write_whole(path: PathLike, content: bytes, *, overwrite: bool = False) -> None:

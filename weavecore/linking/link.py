@@ -43,6 +43,7 @@ from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 from weavecore.model.lattice_fit import inverted_faces
+from weavecore.texts import rough_count
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -285,7 +286,7 @@ def _check_work(latitudes: Latitudes, length: float) -> None:
         least = (total + math.sqrt(total**2 + 4 * MOST_NODES * pockets / _NODE_OF_SQUARE)) / (2 * MOST_NODES)
         raise TooMuchWork(
             f"Edges of {length:.4g} on polylines of {total:.4g} in all, and in pockets of {pockets:.4g} square units "
-            f"between them, would make about {expected:,.0f} nodes, more than {MOST_NODES:,}",
+            f"between them, would make about {rough_count(expected)} nodes, more than {MOST_NODES:,}",
             remedy=f"Use edges of at least {least:.3g}, or another spacing than {latitudes.spacing:.4g}.",
         )
 

@@ -27,6 +27,7 @@ from weavecore.reading.repair import repair
 from weavecore.reading.sandbox import call_guarded, limits_for
 from weavecore.rhino_geometry import is_to_be_meshed, mesh_in_rhino
 from weavecore.rhino_geometry.conversion import is_rhino_mesh, rhino_faces, rhino_vertices
+from weavecore.texts import printable
 from weavecore.units import Length
 
 Progress = Callable[[float, str], None]
@@ -246,7 +247,7 @@ def raw_from_document(
     ------
     As `surface_from` and `mesh_block`.
     """
-    name = chosen.name or Path(document.file_name).stem
+    name = printable(chosen.name or Path(document.file_name).stem)
     options: dict[str, Any] = {
         "tolerance": document.tolerance,
         "edge_target": edge_target,
