@@ -24,6 +24,7 @@ from weavecore.fabricating.workshop_folder import (
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern, spacing_for_edges
 from weavecore.model import Equilibrium, Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
+from weavecore.model.lattice_fit import note_inverted_faces
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
@@ -42,7 +43,7 @@ from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.hold import hold_until_within
 from weavecore.simulating.simulate import SEGMENTS, simulate_weave
-from weavecore.units import millimetres_in
+from weavecore.units import check_length, millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.html_page import encode_page
 from weavecore.viewing.picture import encode_picture
@@ -131,6 +132,8 @@ def offset(
     started = start_at(surface, borders=borders, curves=points)
     wanted = suggest_spacing(started) if spacing is None else spacing
     least = float(np.min(wanted))
+    for length in (least, float(np.max(wanted))):
+        check_length(length, "A spacing")
     if np.isfinite(least) and least > 0:  # Else the method refuses it.
         started = note_thickness(started, least)
     return METHODS[method](started, spacing=wanted, progress=progress)
@@ -184,12 +187,17 @@ def link(
     Returns
     -------
     Lattice
+        Where faces are inverted, its surface has a note of that (COARSE).
 
     Raises
     ------
     TooMuchWork, Unsupported
     """
-    return link_pattern(latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress)
+    check_length(edge_length, "An edge length")
+    lattice = link_pattern(
+        latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress
+    )
+    return note_inverted_faces(lattice)
 
 
 def weave(
@@ -227,6 +235,8 @@ def weave(
     ------
     Unsupported
     """
+    for diameter in (rod_diameter, *(stock or ())):
+        check_length(diameter, "A rod diameter")
     return weave_lattice(
         lattice,
         rod_diameter=rod_diameter,
@@ -370,8 +380,8 @@ def export_together(
     write_together(contents, overwrite=overwrite)
 
 
-def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None:
-    """Raise what `export_together` would raise of the paths alone, before any work is done.
+def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False, inputs: Iterable[PathLike] = ()) -> None:
+    """Raise what `export_together` would raise of the paths alone, before any work is done; also for an input's path.
 
     Raises
     ------
@@ -380,10 +390,12 @@ def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False) -> None
     targets = list(paths)
     for path in targets:
         writer_for(path)
-    check_targets(targets, overwrite=overwrite)
+    check_targets(targets, overwrite=overwrite, inputs=inputs)
 
 
-def write_marks(report: FileReport, path: PathLike, *, overwrite: bool = False) -> None:
+def write_marks(
+    report: FileReport, path: PathLike, *, overwrite: bool = False, inputs: Iterable[PathLike] = ()
+) -> None:
     """Write what `inspect_file` found to look at: bad edges, gaps and borders as coloured curves, notes as dots.
 
     Parameters
@@ -393,13 +405,15 @@ def write_marks(report: FileReport, path: PathLike, *, overwrite: bool = False) 
         Ends with ``.3dm``.
     overwrite : bool
         Whether a file that is there already is replaced.
+    inputs : iterable of path
+        Files that must not be replaced.
 
     Raises
     ------
     OutputExists, NotWritten
     """
     marks = [mark for one in report.objects for mark in one.marks]
-    check_targets([path], overwrite=overwrite)
+    check_targets([path], overwrite=overwrite, inputs=inputs)
     write_whole(path, encode_marks(marks, unit=report.unit, tolerance=report.tolerance), overwrite=overwrite)
 
 

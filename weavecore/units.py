@@ -55,6 +55,9 @@ SUFFIXES = {
 }
 """What may follow a typed length."""
 
+_LEAST, _GREATEST = 1e-50, 1e50
+"""Of lengths: squares, cubes and quotients of these are finite, and above 0."""
+
 _SHORT = {name: suffix for suffix, name in reversed(SUFFIXES.items())}
 _TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.]*)\s*")
 
@@ -158,7 +161,29 @@ def parse_length(text: str) -> Length:
         raise ValueError(f"{suffix!r} in {text!r} is not a known unit; known are {', '.join(SUFFIXES)}")
     if not 0 < number < float("inf"):
         raise ValueError(f"{text!r} must be above 0")
+    if not _LEAST <= number <= _GREATEST:
+        raise ValueError(f"{text!r} must be between {_LEAST:g} and {_GREATEST:g}")
     return Length(number, SUFFIXES.get(suffix, ""))
+
+
+def check_length(length: Optional[float], what: str) -> None:
+    """Refuse a length so small or large that areas and counts made from it are not finite.
+
+    Parameters
+    ----------
+    length : float or None
+        In any unit; what is not positive or not finite is left to those who use it.
+    what : str
+        What it is, for the error.
+
+    Raises
+    ------
+    Unsupported
+    """
+    if length is not None and (0 < length < _LEAST or _GREATEST < length < float("inf")):
+        raise Unsupported(
+            f"{what} must be between {_LEAST:g} and {_GREATEST:g} (got {length:g})", remedy="Check the number."
+        )
 
 
 def with_unit(length: float, unit: str, *, digits: int = 5) -> str:

@@ -198,6 +198,10 @@ def test_the_unit_that_is_missing_is_warned_of_in_one_line(run: Run, folder: Pat
     ended = run("weave", "plain.3dm", "--spacing", "1")
     assert ended.status == 0
     assert ended.err == "weavecore: warning: UNIT_UNKNOWN: plain.3dm has no unit; lengths are used as they are\n"
+    assert "UNIT_UNKNOWN: plain.3dm has no unit" in ended.out
+    refused = run("weave", "plain.3dm", "--spacing", "1", "--strict")
+    assert refused.status == 1
+    assert "DOUBTFUL: UNIT_UNKNOWN" in refused.err
 
 
 def test_the_parts_of_the_work_make_one_progress(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

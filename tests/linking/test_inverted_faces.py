@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,9 +10,11 @@ import numpy as np
 import pytest
 
 from weavecore import pipeline
+from weavecore.errors import Doubtful
+from weavecore.exporting.registry import encode
 from weavecore.linking import link
-from weavecore.model import SurfaceMesh
-from weavecore.model.lattice_fit import edge_gaps, inverted_faces
+from weavecore.model import Lattice, Note, SurfaceMesh
+from weavecore.model.lattice_fit import edge_gaps, face_middles, inverted_faces, note_inverted_faces
 from weavecore.validating import validate
 
 
@@ -34,6 +37,42 @@ FOLDED = {
 def test_folds_narrower_than_the_spacing_have_no_inverted_face(name: str) -> None:
     lattice = pipeline.link(pipeline.offset(sheet(FOLDED[name]), spacing=12.0))
     assert len(inverted_faces(lattice)) == 0
+
+
+def notes_of(lattice: Lattice) -> tuple[Note, ...]:
+    return tuple(lattice.latitudes.surface.notes)
+
+
+def crumpled(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return 4 * np.sin(x / 2.3) * np.cos(y / 3.1) + 3 * np.sin((x + y) / 1.9)
+
+
+@pytest.mark.parametrize("pattern", ["kagome", "diagonal", "hexagonal"])
+def test_inverted_faces_of_derived_patterns_are_mended_by_other_divisions_or_noted(pattern: str) -> None:
+    """Without other divisions and moves back kagome has 5 and diagonal 3."""
+    lattice = pipeline.link(pipeline.offset(sheet(crumpled), spacing=12.0), pattern=pattern)
+    n_inverted = len(inverted_faces(lattice))
+    assert n_inverted <= 2
+    assert (n_inverted > 0) == any(note.code == "COARSE" and "inverted" in note.text for note in notes_of(lattice))
+
+
+def test_inverted_faces_that_remain_are_noted_in_the_result_and_refused_where_doubts_are() -> None:
+    latitudes = pipeline.offset(sheet(crumpled), spacing=12.0)
+    lattice = pipeline.link(latitudes, pattern="plain")
+    inverted = inverted_faces(lattice)
+    assert len(inverted) > 0
+    written = json.loads(encode(pipeline.weave(lattice), "a.json"))["notes"][-1]
+    assert (written["code"], written["is_doubt"]) == ("COARSE", True)
+    assert written["numbers"]["inverted_faces"] == len(inverted)
+    assert np.allclose(written["points"], face_middles(lattice)[0][inverted][:8])
+    assert ("doubt", f"COARSE: {written['text']}") in pipeline.describe(lattice)
+    with pytest.raises(Doubtful, match="inverted"):
+        pipeline.refuse_doubts(lattice.latitudes.surface)
+
+
+def test_a_lattice_without_inverted_faces_gets_no_note() -> None:
+    lattice = pipeline.link(pipeline.offset(sheet(FOLDED["ridge"]), spacing=12.0))
+    assert note_inverted_faces(lattice) is lattice
 
 
 def test_nodes_move_back_where_smoothing_inverts_a_face() -> None:

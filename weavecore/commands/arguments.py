@@ -208,7 +208,8 @@ def known_side(name: Optional[str]) -> Optional[str]:
     return name
 
 
-Input = Annotated[Path, typer.Argument(metavar="INPUT", help="A .3dm, .obj, .ply, .stl or .off file.")]
+# Whether a file can be read is found out by reading it: the error is one of the file then, not of usage.
+Input = Annotated[Path, typer.Argument(metavar="INPUT", readable=False, help="A .3dm, .obj, .ply, .stl or .off file.")]
 LayerNames = Annotated[
     Optional[list[str]],
     typer.Option("--layer", metavar="NAME", help="Layer of the surface, Parent::Child; may be given several times."),

@@ -10,7 +10,7 @@ import typer
 from weavecore.commands.arguments import Input, Overwrite, TimeLimit, ends_with
 from weavecore.commands.time_limit import timed_progress
 from weavecore.units import NO_UNIT, with_unit
-from weavecore.viewing.terminal import show_table
+from weavecore.viewing.terminal import show_line, show_table
 
 if TYPE_CHECKING:
     from weavecore.reading import CurveReport, ObjectReport
@@ -41,29 +41,29 @@ def info(
     with timed_progress(input_file, time_limit, quiet=False) as show_progress:
         report = inspect_file(input_file, guarded=True, time_limit=time_limit, progress=show_progress)
         if marks is not None:
-            write_marks(report, marks, overwrite=overwrite)
+            write_marks(report, marks, overwrite=overwrite, inputs=[input_file])
     version = f", version {report.version}" if report.version else ""
     unit = "no unit" if report.unit == NO_UNIT else f"unit {report.unit}, tolerance {report.tolerance:g}"
-    typer.echo(f"{input_file.name}: {report.format}{version}, {unit}")
+    show_line(f"{input_file.name}: {report.format}{version}, {unit}")
     if report.layers:
-        typer.echo(f"layers: {', '.join(report.layers)}")
+        show_line(f"layers: {', '.join(report.layers)}")
     if report.objects:
         headings = ("object", "kind", "layer", "faces", "borders", "χ", "verdict")
         show_table(headings, [_row_of(one, report.unit) for one in report.objects], numbers=("faces", "χ"))
         for one in report.objects:
             for line in _details_of(one, report.unit):
-                typer.echo(line)
+                show_line(line)
     if report.part_names:
-        typer.echo(f"objects and groups for --object: {', '.join(report.part_names)}")
+        show_line(f"objects and groups for --object: {', '.join(report.part_names)}")
     if report.others:
-        typer.echo("no surfaces: " + ", ".join(f"{count} {kind}" for kind, count in report.others))
+        show_line("no surfaces: " + ", ".join(f"{count} {kind}" for kind, count in report.others))
     if report.curves:
         shown = [_describe_curve(one, report.unit) for one in report.curves[:_MOST_CURVES]]
         more = f"; … ({len(report.curves)} in all)" if len(report.curves) > _MOST_CURVES else ""
-        typer.echo(f"curves on which rings may start: {'; '.join(shown)}{more}")
+        show_line(f"curves on which rings may start: {'; '.join(shown)}{more}")
 
     if marks is not None:
-        typer.echo(f"written: {marks}")
+        show_line(f"written: {marks}")
 
 
 def _details_of(one: "ObjectReport", unit: str) -> Iterator[str]:

@@ -12,6 +12,7 @@ import typer
 
 from weavecore.commands.arguments import Plane
 from weavecore.errors import UnitUnknown
+from weavecore.texts import printable
 
 if TYPE_CHECKING:
     from weavecore.geometry.arrays import Floats
@@ -114,7 +115,7 @@ def read_input(
     if repairs.strict:
         pipeline.refuse_doubts(surface)
     for warning in caught:
-        typer.echo(f"weavecore: warning: {UnitUnknown.code}: {warning.message}", err=True)
+        typer.echo(f"weavecore: warning: {UnitUnknown.code}: {printable(str(warning.message))}", err=True)
     found = curves_of(path, curves, unit=surface.unit, time_limit=time_limit) if curves else None
     return pipeline.start_at(surface, borders=borders, curves=found)
 
@@ -181,7 +182,7 @@ def describe_input(
         Without the options that were not given.
     """
     options = {
-        "input": path.name,
+        "input": printable(path.name),
         "layer": _names_as_json(layers),
         "object": _names_as_json(objects),
         "edge_target": edge_target.in_unit(surface.unit) if edge_target else None,
@@ -193,7 +194,8 @@ def describe_input(
 
 def _names_as_json(names: Optional[Sequence[str]]) -> Union[str, list[str], None]:
     """Names as they are recorded in the output: a single one as a text."""
-    return names[0] if names and len(names) == 1 else list(names or ()) or None
+    texts = [printable(name) for name in names or ()]
+    return texts[0] if len(texts) == 1 else texts or None
 
 
 def written_line(targets: list[Path]) -> Lines:

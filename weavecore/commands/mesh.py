@@ -44,7 +44,7 @@ def mesh(
     with timed_progress(input_file, time_limit, quiet=quiet, is_fine=bool(edge_target)) as show_progress:
         from weavecore import pipeline
 
-        pipeline.check_outputs([out], overwrite=overwrite)
+        pipeline.check_outputs([out], overwrite=overwrite, inputs=[input_file])
         show_progress(0.0, "reading")
         surface = read_input(
             input_file,

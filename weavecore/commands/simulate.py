@@ -15,7 +15,12 @@ from weavecore.viewing.terminal import part_of, show_lines
 def simulate(
     result_file: Annotated[
         Path,
-        typer.Argument(metavar="RESULT.json", help="What weavecore weave --json wrote.", callback=ends_with(".json")),
+        typer.Argument(
+            metavar="RESULT.json",
+            readable=False,
+            help="What weavecore weave --json wrote.",
+            callback=ends_with(".json"),
+        ),
     ],
     out: Annotated[
         Path,
@@ -60,7 +65,7 @@ def simulate(
         from weavecore import pipeline
 
         targets = [path for path in (out, picture) if path is not None]
-        pipeline.check_outputs(targets, overwrite=overwrite)
+        pipeline.check_outputs(targets, overwrite=overwrite, inputs=[result_file])
         tell(0.0, "reading")
         weave = pipeline.read_rods(result_file)
         held = pipeline.read_curves(supports) if Path(supports).suffix else supports

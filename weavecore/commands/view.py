@@ -14,7 +14,9 @@ from weavecore.viewing.terminal import part_of, show_lines
 def view(
     result_file: Annotated[
         Path,
-        typer.Argument(metavar="RESULT.json", help="Result of weavecore weave --json.", callback=ends_with(".json")),
+        typer.Argument(
+            metavar="RESULT.json", readable=False, help="Result of weavecore weave --json.", callback=ends_with(".json")
+        ),
     ],
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="OUT.html", callback=ends_with(".html"), help="The page.")
@@ -31,7 +33,7 @@ def view(
     with timed_progress(result_file, time_limit, quiet=quiet) as show_progress:
         from weavecore import pipeline
 
-        pipeline.check_outputs([out], overwrite=overwrite)
+        pipeline.check_outputs([out], overwrite=overwrite, inputs=[result_file])
         show_progress(0.0, "reading")
         value = pipeline.read_result(result_file)
         pipeline.export_together(value, [out], overwrite=overwrite, progress=part_of(show_progress, 0.5, 1.0))

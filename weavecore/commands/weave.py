@@ -33,6 +33,7 @@ from weavecore.commands.arguments import (
 )
 from weavecore.commands.input_file import Repairs, describe_input, read_input, written_line
 from weavecore.commands.time_limit import timed_progress
+from weavecore.texts import printable
 from weavecore.units import Length, Lengths
 from weavecore.viewing.terminal import part_of, show_lines
 
@@ -136,7 +137,7 @@ def weave(
     with timed_progress(input_file, time_limit, quiet=quiet, is_fine=bool(edge_target)) as show_progress:
         from weavecore import pipeline
 
-        pipeline.check_outputs(targets, overwrite=overwrite)
+        pipeline.check_outputs(targets, overwrite=overwrite, inputs=[input_file])
         show_progress(0.0, "reading")
         if spacing is None and edge is not None:
             spacing = Lengths((replace(edge, value=pipeline.spacing_for_edges(edge.value, pattern=pattern)),))
@@ -162,6 +163,8 @@ def weave(
             free_rings=free_rings,
             progress=part_of(show_progress, 0.5, 0.7),
         )
+        if strict:
+            pipeline.refuse_doubts(lattice.latitudes.surface)
         woven = pipeline.weave(
             lattice,
             rod_diameter=rod.in_unit(surface.unit) if rod else None,
@@ -180,7 +183,7 @@ def weave(
             method=method,
             cut_plane=cut_plane.numbers if cut_plane else None,
             borders=borders.values if borders else None,
-            curves=curve or None,
+            curves=[printable(name) for name in curve or ()] or None,
         )
         pipeline.export_together(
             woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.85, 1.0)

@@ -43,6 +43,7 @@ from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 from weavecore.model.lattice_fit import inverted_faces
+from weavecore.texts import rough_count
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -164,8 +165,15 @@ def link_pattern(
         lattice = kept.restore(lattice)
         return _without_new_inversions(lattice, smooth_bending(lattice, free_rings=free_rings))
     made = DERIVED[pattern]
-    lattice = link_latitudes(latitudes, edge_length=edge_length, pattern=made.base, even_edges=True, progress=progress)
-    return smooth_bending(made.derive(lattice, pattern))
+
+    def derive(lattice: Lattice) -> Lattice:
+        return made.derive(lattice, pattern)
+
+    base = link_latitudes(
+        latitudes, edge_length=edge_length, pattern=made.base, even_edges=True, derive=derive, progress=progress
+    )
+    lattice = derive(base)
+    return _without_new_inversions(lattice, smooth_bending(lattice))
 
 
 def _without_new_inversions(before: Lattice, after: Lattice) -> Lattice:
@@ -194,6 +202,7 @@ def link_latitudes(
     edge_length: Optional[float] = None,
     pattern: str = "triangular",
     even_edges: bool = False,
+    derive: Optional[Callable[[Lattice], Lattice]] = None,
     progress: Progress = None,
 ) -> Lattice:
     """Divide the latitudes and join each to its neighbours (Yan et al. 2016, §5).
@@ -209,6 +218,9 @@ def link_latitudes(
     even_edges : bool
         Whether the nodes of each ring are counted for its length alone: for patterns of which no rod ends where the
         count changes.
+    derive : callable, optional
+        Makes the lattice that is wanted from the one that is linked; its inverted faces then count in choosing a
+        division.
     progress : callable, optional
         Called with a fraction and a label.
 
@@ -235,8 +247,12 @@ def link_latitudes(
         raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
     _check_work(latitudes, length)
     report(0.0, "dividing the latitudes")
+
+    def n_inverted(one: Lattice) -> int:
+        return len(inverted_faces(one)) + (len(inverted_faces(derive(one))) if derive else 0)
+
     lattice = _linked(latitudes, length, length, design)
-    least = len(inverted_faces(lattice))
+    least = n_inverted(lattice)
     for tried, (factor, tolerance) in enumerate(_OTHER_DIVISIONS):
         if least == 0 or lattice.n_nodes > _MOST_NODES_TO_DIVIDE_AGAIN:
             break
@@ -246,8 +262,8 @@ def link_latitudes(
             other = _linked(latitudes, factor * length, length, other_design)
         except (Degenerate, TooMuchWork):
             continue
-        n_inverted = len(inverted_faces(other))
-        lattice, least = (other, n_inverted) if n_inverted < least else (lattice, least)
+        count = n_inverted(other)
+        lattice, least = (other, count) if count < least else (lattice, least)
     return lattice
 
 
@@ -270,7 +286,7 @@ def _check_work(latitudes: Latitudes, length: float) -> None:
         least = (total + math.sqrt(total**2 + 4 * MOST_NODES * pockets / _NODE_OF_SQUARE)) / (2 * MOST_NODES)
         raise TooMuchWork(
             f"Edges of {length:.4g} on polylines of {total:.4g} in all, and in pockets of {pockets:.4g} square units "
-            f"between them, would make about {expected:,.0f} nodes, more than {MOST_NODES:,}",
+            f"between them, would make about {rough_count(expected)} nodes, more than {MOST_NODES:,}",
             remedy=f"Use edges of at least {least:.3g}, or another spacing than {latitudes.spacing:.4g}.",
         )
 

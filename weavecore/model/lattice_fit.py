@@ -9,11 +9,14 @@ fold is narrower than the edges are long.  Time is O(n log n) for n faces of bot
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.closest import closest_faces
 from weavecore.model.lattice import Lattice
+from weavecore.model.notes import Note, at
 
 _PARTS = np.array([0.25, 0.5, 0.75])
 """Where gaps are measured; over a crease the gap is widest where the edge crosses it."""
@@ -62,3 +65,28 @@ def inverted_faces(lattice: Lattice) -> Ints:
     middle, area = face_middles(lattice)
     near, _ = closest_faces(middle, surface.vertices, surface.faces)
     return np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
+
+
+def note_inverted_faces(lattice: Lattice) -> Lattice:
+    """Note the inverted faces of a lattice.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    Lattice
+        With a note COARSE on its surface where faces are inverted; else the same.
+    """
+    inverted = inverted_faces(lattice)
+    if len(inverted) == 0:
+        return lattice
+    latitudes = lattice.latitudes
+    places = face_middles(lattice)[0][inverted]
+    faces = "1 face of the lattice lies" if len(inverted) == 1 else f"{len(inverted):,} faces of the lattice lie"
+    text = f"{faces} inverted, the first near {at(places[0])}: a fold or a tube is narrower there than the spacing of "
+    text += f"{latitudes.spacing:.3g}. Use a smaller one."
+    numbers = {"inverted_faces": len(inverted), "faces": lattice.n_faces, "spacing": latitudes.spacing}
+    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, Note("COARSE", text, numbers, places)))
+    return replace(lattice, latitudes=replace(latitudes, surface=surface))

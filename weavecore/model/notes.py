@@ -32,19 +32,22 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
         "TRIANGULATED": "faces with four or more corners split into triangles",
         "WELDED": "vertices in one place, or nearer to each other than the tolerance, made one",
         "BORDERS": "the mesh has another number of borders than the object",
-        "COARSE": "the spacing is wider than the surface is thick, or than a tube or a fold is wide",
+        "COARSE": "the spacing is wider than the surface is thick, a tube or a fold is wide, or faces are inverted",
         "COINCIDENT": "faces that lie on other faces",
         "FAR": "coordinates so far from the origin that their steps can be seen in the edges",
         "GAP": "borders that run close to each other, but not within the tolerance; faces apart from their edges",
         "SCRAPS": "pieces far smaller than the largest",
         "SLIT": "borders that enclose no area, or are far shorter than the longest",
         "THIN": "a solid that is thinner than the spacing: it is woven on both sides",
+        "UNIT_UNKNOWN": "a Rhino file without a unit: lengths are used as they are",
         "UNUSED": "an option that had no effect",
     }
 )
 """All codes, and what each says."""
 
-DOUBTS = frozenset({"BORDERS", "COARSE", "COINCIDENT", "FAR", "GAP", "SCRAPS", "SLIT", "THIN", "UNUSED"})
+DOUBTS = frozenset(
+    {"BORDERS", "COARSE", "COINCIDENT", "FAR", "GAP", "SCRAPS", "SLIT", "THIN", "UNIT_UNKNOWN", "UNUSED"}
+)
 """Codes of doubts; the others are changes."""
 
 MOST_POINTS = 8

@@ -19,6 +19,7 @@ from weavecore.reading.coincident_faces import find_coincident
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject
 from weavecore.reading.nurbs_mesher import MeshedObject, mesh_objects, surfaces_of_reference
 from weavecore.reading.raw import RawMesh
+from weavecore.texts import printable
 
 _FOLDED_BACK = -np.cos(np.radians(5.0))
 """Faces whose normals are opposed to within 5 degrees lie on each other: two surfaces in one place, not a fold."""
@@ -96,7 +97,7 @@ def join_objects(
         meshed.faces,
         unit=document.unit,
         tolerance=document.tolerance,
-        name=", ".join(names) or Path(document.file_name).stem,
+        name=printable(", ".join(names) or Path(document.file_name).stem),
         notes=(*meshed.notes, *lying, *_joined_notes(objects, meshed, document.tolerance)),
     )
 

@@ -27,6 +27,7 @@ from weavecore.reading.repair import repair
 from weavecore.reading.sandbox import call_guarded, limits_for
 from weavecore.rhino_geometry import is_to_be_meshed, mesh_in_rhino
 from weavecore.rhino_geometry.conversion import is_rhino_mesh, rhino_faces, rhino_vertices
+from weavecore.texts import printable
 from weavecore.units import Length
 
 Progress = Callable[[float, str], None]
@@ -119,7 +120,9 @@ def read_surface(
     else:
         surface = _read_and_repair(path, cut_plane=cut_plane, **options)
     if surface.unit == "None" and is_rhino(path):
-        warnings.warn(UnitUnknown(f"{path} has no unit; lengths are used as they are"), stacklevel=2)
+        guess = f"{path} has no unit; lengths are used as they are"
+        warnings.warn(UnitUnknown(guess), stacklevel=2)
+        surface = replace(surface, notes=(*surface.notes, Note(UnitUnknown.code, f"{guess}.")))
     return surface
 
 
@@ -244,7 +247,7 @@ def raw_from_document(
     ------
     As `surface_from` and `mesh_block`.
     """
-    name = chosen.name or Path(document.file_name).stem
+    name = printable(chosen.name or Path(document.file_name).stem)
     options: dict[str, Any] = {
         "tolerance": document.tolerance,
         "edge_target": edge_target,

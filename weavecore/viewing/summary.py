@@ -6,10 +6,10 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats
 from weavecore.geometry.polygon_mesh import nodes_on_border
 from weavecore.model import Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
-from weavecore.model.lattice_fit import edge_gaps, face_middles, inverted_faces
+from weavecore.model.lattice_fit import edge_gaps
+from weavecore.model.notes import at
 from weavecore.units import with_unit
 from weavecore.viewing.surface_paths import describe_chosen_borders
 
@@ -95,7 +95,7 @@ def describe_lattice(lattice: Lattice, strands: Strands) -> Lines:
 
 
 def _describe_fit(lattice: Lattice) -> Lines:
-    """How far edges leave the surface, and whether that, or inverted faces, leave doubt."""
+    """How far edges leave the surface."""
     unit, spacing = lattice.latitudes.surface.unit, lattice.latitudes.spacing
     if lattice.n_edges == 0:
         return []
@@ -104,20 +104,8 @@ def _describe_fit(lattice: Lattice) -> Lines:
     share = float(gaps[worst]) / spacing
     text = f"edges at most {with_unit(float(gaps[worst]), unit)} from it, {share:.2g} of the spacing"
     if share >= _SHOWN_GAP:
-        text += f", near {_place(lattice.nodes[lattice.edges[worst]].mean(0))}"
-    lines = [("on surface", text)]
-    inverted = inverted_faces(lattice)
-    if len(inverted):
-        where = _place(face_middles(lattice)[0][inverted[0]])
-        faces = _count(len(inverted), "face lies inverted", "faces lie inverted")
-        why = "a fold or a tube is narrower than the spacing"
-        lines.append(("doubt", f"COARSE: {faces}, the first near {where}: {why}; use a smaller one"))
-    return lines
-
-
-def _place(point: Floats) -> str:
-    x, y, z = (float(value) + 0.0 for value in point)
-    return f"({x:.6g}, {y:.6g}, {z:.6g})"
+        text += f", near {at(lattice.nodes[lattice.edges[worst]].mean(0))}"
+    return [("on surface", text)]
 
 
 _STRUTS = "; hexagonal gives straight struts between two joints, not woven rods: kagome is its weave"

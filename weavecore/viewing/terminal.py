@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Callable
 
+from weavecore.texts import printable
+
 Progress = Callable[[float, str], None]
 """Called with the fraction that is done, from 0 to 1, and a label."""
 
@@ -27,7 +29,7 @@ def progress_bar(*, quiet: bool) -> Iterator[Progress]:
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
-        yield lambda fraction, label: bar.update(task, completed=fraction, description=escape(label))
+        yield lambda fraction, label: bar.update(task, completed=fraction, description=escape(printable(label)))
 
 
 def part_of(progress: Progress, start: float, end: float) -> Progress:
@@ -52,7 +54,17 @@ def show_lines(lines: Iterable[tuple[str, str]]) -> None:
     lines = list(lines)
     width = max(len(label) for label, _ in lines)
     for label, text in lines:
-        sys.stdout.write(f"{label:{width}}  {text}\n")
+        sys.stdout.write(f"{label:{width}}  {printable(text)}\n")
+
+
+def show_line(text: str) -> None:
+    """Print one line.
+
+    Parameters
+    ----------
+    text : str
+    """
+    sys.stdout.write(f"{printable(text)}\n")
 
 
 def show_table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[str] = ()) -> None:
@@ -75,5 +87,5 @@ def show_table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, number
     for heading in headings:
         table.add_column(heading, justify="right" if heading in numbers else "left")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(printable, row))
     console.print(table)

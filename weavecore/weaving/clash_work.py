@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.errors import TooMuchWork
+from weavecore.texts import rough_count
 
 PIECES_PER_DIAMETER = 2
 """Straight pieces of an axis on the length of a diameter."""
@@ -45,7 +46,7 @@ def check_work(length: float, n_edges: int, area: float, rod_diameter: float) ->
     if runs > MOST_RUNS:
         least = PIECES_PER_DIAMETER * length / LARGEST_RUN / MOST_RUNS
         raise TooMuchWork(
-            f"Rods of {rod_diameter:.4g} and {length:.4g} long in all would be compared in {runs:,.0f} parts, "
+            f"Rods of {rod_diameter:.4g} and {length:.4g} long in all would be compared in {rough_count(runs)} parts, "
             f"more than {MOST_RUNS:,}",
             remedy=f"Use a diameter of at least {least:.3g}, or check the unit.",
         )
@@ -54,6 +55,6 @@ def check_work(length: float, n_edges: int, area: float, rod_diameter: float) ->
     if pairs > MOST_PAIRS or rod_diameter**2 > area:
         raise TooMuchWork(
             f"Rods of {rod_diameter:.4g} on a surface of {area:.4g} square units would be too near each other at "
-            f"about {pairs:,.0f} places",
+            f"about {rough_count(pairs)} places",
             remedy="Use a smaller diameter or a larger spacing, or check the unit.",
         )

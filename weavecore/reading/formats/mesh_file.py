@@ -22,11 +22,15 @@ from weavecore.reading.formats.off import read_off
 from weavecore.reading.formats.ply import read_ply
 from weavecore.reading.formats.stl import read_stl
 from weavecore.reading.raw import RawMesh
+from weavecore.texts import printable
 
 MESH_READERS: Mapping[str, Callable[[bytes], RawMesh]] = MappingProxyType(
     {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
 )
 """The reader of each ending."""
+
+_TEXT_ONLY = (".obj", ".off")
+"""Endings of files that are text; an archive named so may hold lines that look like faces."""
 
 MOST_BYTES = 1 << 30
 """Largest file that is read, 1 GB: some 20 million faces, and several times that in memory."""
@@ -55,6 +59,11 @@ def read_mesh_file(path: PathLike) -> RawMesh:
     file = Path(path)
     data = read_bytes(path)
     data = data[3:] if data.startswith(_BYTE_ORDER_MARK) else data
+    if file.suffix.lower() in _TEXT_ONLY and b"\0" in data:
+        raise Unreadable(
+            f"{path} is not a text file: it begins with {data[:4]!r}",
+            remedy="Export the surface as a mesh again; take it out of its archive, or give it the ending it had.",
+        )
     try:
         raw = MESH_READERS[file.suffix.lower()](data)
     except WeaveError:
@@ -70,7 +79,7 @@ def read_mesh_file(path: PathLike) -> RawMesh:
             f"{file.name} has {len(raw.vertices)} vertices and no faces",
             remedy="Export the surface as a mesh with faces.",
         )
-    return replace(raw, name=file.stem)
+    return replace(raw, name=printable(file.stem))
 
 
 def read_bytes(path: PathLike) -> bytes:
