@@ -112,6 +112,20 @@ def load_forces(weave: Weave, rods: RodPoints, loads: Loads, *, diameter: float,
     return forces
 
 
+def loads_on_nodes(weave: Weave, rods: RodPoints, forces: Floats) -> Floats:
+    """(N, 3) forces (n, 3) on the points of the rods, each shared by the two nodes that it lies between."""
+    strands = weave.strands
+    index = np.arange(len(rods.points))
+    before = np.searchsorted(rods.of_visit, index, side="right") - 1
+    after = np.where(index == rods.of_visit[before], before, next_in_loop(strands.offsets)[before])
+    wrapped = np.where(rods.of_visit[after] < index, rods.offsets[rods.rod + 1], rods.of_visit[after])
+    part = (index - rods.of_visit[before]) / np.maximum(wrapped - rods.of_visit[before], 1)
+    n = weave.lattice.n_nodes
+    nodes = np.concatenate([strands.nodes[before], strands.nodes[after]])
+    shares = np.concatenate([(1 - part)[:, None] * forces, part[:, None] * forces])
+    return np.stack([np.bincount(nodes, shares[:, d], n) for d in range(3)], axis=1)
+
+
 def node_areas(weave: Weave) -> Floats:
     """(N, 3) area vectors of the nodes: each face's, out of the surface, in equal parts to its corners."""
     lattice = weave.lattice

@@ -19,6 +19,7 @@ from weavecore.simulating.boundary import (
     Loads,
     Supports,
     load_forces,
+    loads_on_nodes,
     supported_nodes,
     three_point_gauge,
 )
@@ -146,6 +147,7 @@ def _results_of(
         stress=(np.abs(axial) / area + moment / section) / 1e6,
         tie_force=forces.tie,
         reaction=np.where(held[:, None], reaction, 0.0),
+        load=loads_on_nodes(weave, rods, structure.loads),
         is_supported=held,
         is_converged=found.is_converged,
         n_negative=found.n_negative,

@@ -528,6 +528,8 @@ def _take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
         supports=part.text("supports"),
         loads=part.text("loads"),
         buckling_factor=float("inf") if buckles is False else factor,
+        # Results from before loads were written have none.
+        load=part.floats("node_loads", reaction.shape) if "node_loads" in part else np.zeros_like(reaction),
     )
 
 
