@@ -6,9 +6,10 @@ from typing import Annotated, Optional
 
 import typer
 
-from weavecore.commands.arguments import Overwrite, Quiet, TimeLimit, ends_with
+from weavecore.commands.arguments import Overwrite, Quiet, TieStrength, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
 from weavecore.commands.time_limit import timed_progress
+from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.viewing.terminal import part_of, show_lines
 
 
@@ -48,6 +49,13 @@ def simulate(
             metavar="OUT.png", callback=ends_with(".png"), help="A picture of the rods at rest, and as drawn in grey."
         ),
     ] = None,
+    tables: Annotated[
+        Optional[Path],
+        typer.Option(
+            metavar="FOLDER", help="CSV tables in mm and N: nodes, rods, ties, reactions, and their extremes."
+        ),
+    ] = None,
+    tie_strength: TieStrength = DEFAULT_TIE.strength,
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
     ] = None,
@@ -61,6 +69,8 @@ def simulate(
 
         targets = [path for path in (out, picture) if path is not None]
         pipeline.check_outputs(targets, overwrite=overwrite)
+        if tables is not None:
+            pipeline.check_equilibrium_folder(tables, overwrite=overwrite)
         tell(0.0, "reading")
         weave = pipeline.read_rods(result_file)
         held = pipeline.read_curves(supports) if Path(supports).suffix else supports
@@ -76,6 +86,10 @@ def simulate(
             progress=part_of(tell, 0.1, 0.9),
         )
         pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
+        if tables is not None:
+            pipeline.write_equilibrium_tables(
+                equilibrium, tables, tie_strength=tie_strength, unit=unit, overwrite=overwrite
+            )
         lines = pipeline.describe(equilibrium)
     if not quiet:
-        show_lines(lines + written_line(targets))
+        show_lines(lines + written_line([*targets, *([tables] if tables else [])]))

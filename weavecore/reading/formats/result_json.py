@@ -105,14 +105,19 @@ def read_weave(path: PathLike) -> tuple[Weave, bytes]:
     Unsupported
         Where the file has no weave; else as `read_result`.
     """
+    result, content = read_weave_or_equilibrium(path)
+    return (result.weave if isinstance(result, Equilibrium) else result), content
+
+
+def read_weave_or_equilibrium(path: PathLike) -> tuple[Union[Weave, Equilibrium], bytes]:
+    """Read a JSON result that has a weave, with its equilibrium where there is one; see `read_weave`."""
     content = _read_bytes(path)
     result = decode_result(content)
-    weave = result.weave if isinstance(result, Equilibrium) else result
-    if not isinstance(weave, Weave):
+    if not isinstance(result, (Weave, Equilibrium)):
         raise Unsupported(
             f"{path} has no rods", remedy="Use a result that `weavecore weave INPUT --json RESULT.json` wrote."
         )
-    return weave, content
+    return result, content
 
 
 def decode_result(data: bytes) -> Result:
