@@ -8,6 +8,7 @@ import typer
 
 from weavecore.commands.arguments import Overwrite, Quiet, TieStrength, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
+from weavecore.commands.places import Force, force_of, read_loads, read_supports
 from weavecore.commands.time_limit import timed_progress
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.viewing.terminal import part_of, show_lines
@@ -25,7 +26,9 @@ def simulate(
     supports: Annotated[
         str,
         typer.Option(
-            metavar="SUPPORTS", help="borders, none, or a .3dm or .csv with curves that nodes are held along."
+            metavar="SUPPORTS",
+            help="borders, none, or FILE.3dm:LAYER: a point holds the nearest node, a curve all that it passes. "
+            "A .csv holds one curve.",
         ),
     ] = "borders",
     within: Annotated[
@@ -41,6 +44,17 @@ def simulate(
         ),
     ] = None,
     pressure: Annotated[float, typer.Option(metavar="PA", help="Pressure on the surface from outside, in Pa.")] = 0.0,
+    loads: Annotated[
+        Optional[str],
+        typer.Option(
+            metavar="FILE.3dm:LAYER",
+            help="Points with forces on the nearest nodes: user text force = x, y, z in N, or --force.",
+        ),
+    ] = None,
+    force: Annotated[
+        Optional[Force],
+        typer.Option(metavar="X,Y,Z", help="Force in N on each point of --loads that states none.", parser=force_of),
+    ] = None,
     segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
     buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
     picture: Annotated[
@@ -73,12 +87,15 @@ def simulate(
             pipeline.check_equilibrium_folder(tables, overwrite=overwrite)
         tell(0.0, "reading")
         weave = pipeline.read_rods(result_file)
-        held = pipeline.read_curves(supports) if Path(supports).suffix else supports
+        weave_unit = weave.lattice.latitudes.surface.unit
+        held = read_supports(supports, unit=weave_unit, time_limit=time_limit)
+        forces = read_loads(loads, force, unit=weave_unit, time_limit=time_limit) if loads else []
         equilibrium = pipeline.simulate(
             weave,
             supports=held,
             gravity=gravity,
             pressure=pressure,
+            forces=forces,
             segments=segments,
             within=within,
             unit=unit,

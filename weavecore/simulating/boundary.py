@@ -16,6 +16,7 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Bools, Floats, next_in_loop, rows_of
 from weavecore.model import Weave
 from weavecore.simulating.discretise import RodPoints
+from weavecore.units import with_unit
 
 NONE, BORDERS = "none", "borders"
 Supports = Union[str, Sequence[Any]]
@@ -24,6 +25,10 @@ _GRAVITY = 9.80665
 _REACH = 0.75
 """A node is held by a curve that passes within this part of the median edge: nodes on a row of edges lie within half of
 one, and the next row of a triangular lattice is 0.87 away."""
+
+
+_SAME_PLACE = 1e-6
+"""A support point this part of the median edge from its node lies on it."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,22 @@ def supported_nodes(weave: Weave, supports: Supports) -> Bools:
     if not held.any():
         raise Unsupported("The list of supports is empty", remedy=f"Give points, polylines, or {NONE!r}.")
     return held
+
+
+def describe_supports(weave: Weave, supports: Supports, held: Bools) -> str:
+    """What was asked for in words; for points also how far they lie from the nodes that they hold."""
+    if isinstance(supports, str):
+        return supports
+    points = [np.asarray(one, np.float64).reshape(-1, 3) for one in supports]
+    single = [point for point in points if len(point) == 1]
+    count = f"{int(held.sum())} nodes"
+    if not single:
+        return count
+    distance = float(np.max(cKDTree(weave.lattice.nodes).query(np.concatenate(single))[0]))
+    if distance <= _SAME_PLACE * float(np.median(weave.lattice.edge_lengths)):
+        return count
+    away = with_unit(distance, weave.lattice.latitudes.surface.unit, digits=3)
+    return f"{count}, the support points at most {away} away"
 
 
 def load_forces(weave: Weave, rods: RodPoints, loads: Loads, *, diameter: float, metres: float) -> Floats:

@@ -18,6 +18,7 @@ from weavecore.simulating.boundary import (
     NONE,
     Loads,
     Supports,
+    describe_supports,
     load_forces,
     loads_on_nodes,
     supported_nodes,
@@ -84,7 +85,7 @@ def simulate_weave(
     rods = place_points(weave.axes, segments=segments, metres=metres, stations=stations)
     structure = _structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
     found = find_equilibrium(structure, rods.points, progress=progress)
-    words = supports if isinstance(supports, str) else f"{int(held.sum())} nodes"
+    words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)
     at_rest = replace(at_rest, supports=words, loads=str(loads))
     if not found.is_converged:
