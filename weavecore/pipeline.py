@@ -594,9 +594,7 @@ def _page_of(product: Product) -> bytes:
     strands = product.strands
     if strands is None and product.lattice is not None:
         strands = find_strands(product.lattice)
-    value = product.value
-    shown = value.weave if isinstance(value, Equilibrium) else value
-    return encode_page(shown, strands=strands, sequence=sequence)
+    return encode_page(product.value, strands=strands, sequence=sequence)
 
 
 register_writer(PICTURE, _picture_of)
