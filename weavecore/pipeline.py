@@ -13,6 +13,8 @@ from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
+from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import (
     NAMES,
@@ -34,11 +36,12 @@ from weavecore.reading import (
     curves_from,
     inspect_file,
     read_curves,
+    read_places,
     read_result,
     read_surface,
     surface_from,
 )
-from weavecore.reading.formats.result_json import read_weave
+from weavecore.reading.formats.result_json import read_weave, read_weave_or_equilibrium
 from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.hold import hold_until_within
@@ -69,6 +72,7 @@ __all__ = [
     "link",
     "offset",
     "read_curves",
+    "read_places",
     "read_result",
     "read_surface",
     "refuse_doubts",
@@ -79,6 +83,7 @@ __all__ = [
     "surface_from",
     "validate",
     "weave",
+    "write_equilibrium_tables",
     "write_marks",
 ]
 
@@ -451,10 +456,12 @@ def draw_picture(
 
 
 def fabricate(
-    result: Union[Weave, PathLike],
+    result: Union[Weave, Equilibrium, PathLike],
     folder: PathLike,
     *,
     workshop: Optional[Workshop] = None,
+    simulation: Union[Equilibrium, PathLike, None] = None,
+    tie_strength: float = DEFAULT_TIE.strength,
     unit: Optional[str] = None,
     overwrite: bool = False,
     progress: Optional[Progress] = None,
@@ -462,15 +469,19 @@ def fabricate(
     """Write the folder that a workshop builds a weave from, whole or not at all (Yan et al. 2016, §6).
 
     Tables of rods, pieces, marks and joints, templates, a sequence, a bill of materials and a report, in millimetres;
-    see docs/fabrication.md.
+    of a weave that was simulated also where it comes to rest, and the forces.  See docs/fabrication.md.
 
     Parameters
     ----------
-    result : Weave or path
-        A weave, or a JSON result that has one.
+    result : Weave, Equilibrium or path
+        A weave, at rest or not, or a JSON result that has one.
     folder : path
     workshop : Workshop, optional
         Length of the stock, kind of splices and such.
+    simulation : Equilibrium or path, optional
+        The same weave at rest, where ``result`` is not.
+    tie_strength : float
+        What a cable tie carries, in N.
     unit : str, optional
         Unit of the result where it says none: ``"mm"``, ``"m"``, ``"in"``…
     overwrite : bool
@@ -489,11 +500,17 @@ def fabricate(
     """
     tell = progress or (lambda _fraction, _label: None)
     shop = workshop or Workshop()
-    names = [*NAMES, WOVEN]
+    names = [*NAMES, *EQUILIBRIUM_FILES, WOVEN]
     check_folder(folder, names, overwrite=overwrite)
     check_libraries(shop)
     tell(0.0, "reading")
-    weave, content = (result, encode(result, "result.json")) if isinstance(result, Weave) else read_weave(result)
+    value: Union[Weave, Equilibrium]
+    if isinstance(result, (Weave, Equilibrium)):
+        value, content = result, encode(result, "result.json")
+    else:
+        value, content = read_weave_or_equilibrium(result)
+    weave = value.weave if isinstance(value, Equilibrium) else value
+    at_rest = _simulation_of(weave, value if simulation is None else simulation)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
     source = Source.of(weave, content)
     made = fabricate_weave(
@@ -502,6 +519,7 @@ def fabricate(
         scale=scale,
         workshop=shop,
         source=source,
+        equilibrium_tables=build_equilibrium_tables(at_rest, scale=scale, tie_strength=tie_strength) if at_rest else (),
         progress=lambda done, label: tell(0.8 * done, label),
     )
     tell(0.8, f"writing {WOVEN}")
@@ -509,6 +527,63 @@ def fabricate(
     files = {**made.files, WOVEN: encode(weave, WOVEN, parameters=stated)}
     write_folder(folder, files, names=names, overwrite=overwrite)
     return Fabrication(files, made.checks)
+
+
+def _simulation_of(weave: Weave, simulation: Union[Weave, Equilibrium, PathLike]) -> Optional[Equilibrium]:
+    """The weave at rest, where it was simulated."""
+    found = simulation if isinstance(simulation, (Weave, Equilibrium)) else read_result(simulation)
+    if found is weave:
+        return None
+    if not isinstance(found, Equilibrium):
+        raise Unsupported("The simulation has no equilibrium", remedy="Write one: weavecore simulate RESULT.json.")
+    other = found.weave
+    is_same = (
+        other.ids == weave.ids
+        and np.array_equal(other.lattice.nodes, weave.lattice.nodes)
+        and other.rod_diameter == weave.rod_diameter
+        and other.material == weave.material
+    )
+    if not is_same:
+        raise Unsupported("The simulation is of another weave", remedy="Simulate the result that is to be built.")
+    return found
+
+
+def write_equilibrium_tables(
+    equilibrium: Equilibrium,
+    folder: PathLike,
+    *,
+    tie_strength: float = DEFAULT_TIE.strength,
+    unit: Optional[str] = None,
+    overwrite: bool = False,
+) -> None:
+    """Write tables of a weave at rest to a folder: departures, rod_forces, tie_forces, reactions, and their extremes.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    folder : path
+    tie_strength : float
+        What a cable tie carries, in N.
+    unit : str, optional
+        Unit of the weave where it states none; the tables are in millimetres.
+    overwrite : bool
+        Whether a folder of the same kind that is there already is replaced.
+
+    Raises
+    ------
+    Unsupported, OutputExists, NotWritten
+    """
+    check_equilibrium_folder(folder, overwrite=overwrite)
+    scale = millimetres_in(equilibrium.weave.lattice.latitudes.surface.unit, unit)
+    source = Source.of(equilibrium.weave, encode(equilibrium, "result.json"))
+    tables = build_equilibrium_tables(equilibrium, scale=scale, tie_strength=tie_strength)
+    files = {f"{table.name}.csv": table.encode(source) for table in tables}
+    write_folder(folder, files, names=EQUILIBRIUM_FILES, overwrite=overwrite)
+
+
+def check_equilibrium_folder(folder: PathLike, *, overwrite: bool = False) -> None:
+    """Raise what `write_equilibrium_tables` would raise of the folder alone, before any work is done."""
+    check_folder(folder, EQUILIBRIUM_FILES, overwrite=overwrite)
 
 
 def describe(value: StageValue) -> list[tuple[str, str]]:
@@ -533,9 +608,7 @@ def _page_of(product: Product) -> bytes:
     strands = product.strands
     if strands is None and product.lattice is not None:
         strands = find_strands(product.lattice)
-    value = product.value
-    shown = value.weave if isinstance(value, Equilibrium) else value
-    return encode_page(shown, strands=strands, sequence=sequence)
+    return encode_page(product.value, strands=strands, sequence=sequence)
 
 
 register_writer(PICTURE, _picture_of)

@@ -35,6 +35,19 @@ def test_reactions_of_the_supports_carry_the_weight() -> None:
     assert not equilibrium.reaction[~equilibrium.is_supported].any()
 
 
+@pytest.mark.parametrize("segments", [2, 3])
+def test_the_loads_of_the_nodes_are_those_of_the_rods_and_balance_the_reactions(segments: int) -> None:
+    equilibrium = at_rest(pressure=100.0, segments=segments)
+    size = np.abs(equilibrium.load).sum(0).max()
+    assert equilibrium.load[:, 2].sum() < 0
+    assert np.abs(equilibrium.load.sum(0) + equilibrium.reaction.sum(0)).max() < 1e-6 * size
+    pressed = at_rest(pressure=100.0, segments=segments, gravity=False)
+    weight = equilibrium.load - pressed.load
+    assert np.abs(weight[:, :2]).max() < 1e-12
+    # A node carries what lies halfway to its neighbours, so no node is without weight.
+    assert weight[:, 2].max() < 0
+
+
 def test_held_nodes_stay_and_all_others_may_move() -> None:
     equilibrium = at_rest()
     assert (equilibrium.is_supported == tube().is_border_node).all()
@@ -132,7 +145,7 @@ def test_json_gives_the_same_equilibrium_back_and_the_same_bytes(tmp_path: Path)
     pipeline.export(equilibrium, tmp_path / "one.json")
     back = pipeline.read_result(tmp_path / "one.json")
     assert isinstance(back, Equilibrium)
-    for name in ("points", "drawn", "axial_force", "moment", "stress", "tie_force", "reaction", "is_supported"):
+    for name in ("points", "drawn", "axial_force", "moment", "stress", "tie_force", "reaction", "load", "is_supported"):
         assert (getattr(back, name) == getattr(equilibrium, name)).all(), name
     pipeline.export(back, tmp_path / "two.json")
     assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()

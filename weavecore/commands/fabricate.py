@@ -7,8 +7,9 @@ from typing import Annotated, Callable, Optional
 
 import typer
 
-from weavecore.commands.arguments import Quiet, TimeLimit, length
+from weavecore.commands.arguments import Quiet, TieStrength, TimeLimit, ends_with, length
 from weavecore.commands.time_limit import timed_progress
+from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.fabricating.workshop import OVERLAP, PAPERS, SPLICES, TEMPLATES
 from weavecore.units import Length
 from weavecore.viewing.terminal import show_lines
@@ -75,6 +76,15 @@ def fabricate(
         str,
         typer.Option(metavar="SIZE", callback=_each_of(PAPERS), help="Paper of the PDF: A4, A3, A2, A1 or A0."),
     ] = "A3",
+    simulation: Annotated[
+        Optional[Path],
+        typer.Option(
+            metavar="RELAXED.json",
+            callback=ends_with(".json"),
+            help="The same weave at rest, whose departure and forces go into the folder, where RESULT.json has none.",
+        ),
+    ] = None,
+    tie_strength: TieStrength = DEFAULT_TIE.strength,
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
     ] = None,
@@ -98,7 +108,14 @@ def fabricate(
             paper=paper.upper(),
         )
         made = pipeline.fabricate(
-            result, out, workshop=workshop, unit=unit, overwrite=overwrite, progress=show_progress
+            result,
+            out,
+            workshop=workshop,
+            simulation=simulation,
+            tie_strength=tie_strength,
+            unit=unit,
+            overwrite=overwrite,
+            progress=show_progress,
         )
         lines = pipeline.describe_fabrication(made)
     if not quiet:

@@ -6,9 +6,11 @@ from typing import Annotated, Optional
 
 import typer
 
-from weavecore.commands.arguments import Overwrite, Quiet, TimeLimit, ends_with
+from weavecore.commands.arguments import Overwrite, Quiet, TieStrength, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
+from weavecore.commands.places import Force, force_of, read_loads, read_supports
 from weavecore.commands.time_limit import timed_progress
+from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.viewing.terminal import part_of, show_lines
 
 
@@ -29,7 +31,9 @@ def simulate(
     supports: Annotated[
         str,
         typer.Option(
-            metavar="SUPPORTS", help="borders, none, or a .3dm or .csv with curves that nodes are held along."
+            metavar="SUPPORTS",
+            help="borders, none, or FILE.3dm:LAYER: a point holds the nearest node, a curve all that it passes. "
+            "A .csv holds one curve.",
         ),
     ] = "borders",
     within: Annotated[
@@ -45,6 +49,17 @@ def simulate(
         ),
     ] = None,
     pressure: Annotated[float, typer.Option(metavar="PA", help="Pressure on the surface from outside, in Pa.")] = 0.0,
+    loads: Annotated[
+        Optional[str],
+        typer.Option(
+            metavar="FILE.3dm:LAYER",
+            help="Points with forces on the nearest nodes: user text force = x, y, z in N, or --force.",
+        ),
+    ] = None,
+    force: Annotated[
+        Optional[Force],
+        typer.Option(metavar="X,Y,Z", help="Force in N on each point of --loads that states none.", parser=force_of),
+    ] = None,
     segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
     buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
     picture: Annotated[
@@ -53,6 +68,13 @@ def simulate(
             metavar="OUT.png", callback=ends_with(".png"), help="A picture of the rods at rest, and as drawn in grey."
         ),
     ] = None,
+    tables: Annotated[
+        Optional[Path],
+        typer.Option(
+            metavar="FOLDER", help="CSV tables in mm and N: nodes, rods, ties, reactions, and their extremes."
+        ),
+    ] = None,
+    tie_strength: TieStrength = DEFAULT_TIE.strength,
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
     ] = None,
@@ -66,14 +88,19 @@ def simulate(
 
         targets = [path for path in (out, picture) if path is not None]
         pipeline.check_outputs(targets, overwrite=overwrite, inputs=[result_file])
+        if tables is not None:
+            pipeline.check_equilibrium_folder(tables, overwrite=overwrite)
         tell(0.0, "reading")
         weave = pipeline.read_rods(result_file)
-        held = pipeline.read_curves(supports) if Path(supports).suffix else supports
+        weave_unit = weave.lattice.latitudes.surface.unit
+        held = read_supports(supports, unit=weave_unit, time_limit=time_limit)
+        forces = read_loads(loads, force, unit=weave_unit, time_limit=time_limit) if loads else []
         equilibrium = pipeline.simulate(
             weave,
             supports=held,
             gravity=gravity,
             pressure=pressure,
+            forces=forces,
             segments=segments,
             within=within,
             unit=unit,
@@ -81,6 +108,10 @@ def simulate(
             progress=part_of(tell, 0.1, 0.9),
         )
         pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
+        if tables is not None:
+            pipeline.write_equilibrium_tables(
+                equilibrium, tables, tie_strength=tie_strength, unit=unit, overwrite=overwrite
+            )
         lines = pipeline.describe(equilibrium)
     if not quiet:
-        show_lines(lines + written_line(targets))
+        show_lines(lines + written_line([*targets, *([tables] if tables else [])]))

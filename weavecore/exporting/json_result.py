@@ -247,6 +247,7 @@ def _equilibrium_entry(equilibrium: Equilibrium) -> dict[str, Any]:
         "reactions": [
             {"node": node, "force": force} for node, force in zip(held.tolist(), equilibrium.reaction[held].tolist())
         ],
+        "node_loads": equilibrium.load.tolist(),
     }
 
 

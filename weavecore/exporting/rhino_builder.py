@@ -19,7 +19,7 @@ from typing import Any
 
 from weavecore.errors import NotWritten
 from weavecore.exporting.polygons import Polygons
-from weavecore.geometry.arrays import Floats
+from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.polygon_mesh import fan_quads
 
 VERSION = 7
@@ -83,12 +83,21 @@ class RhinoFileBuilder:
             self._layers[path] = (self._file.Layers.Add(layer), layer.Id)
         return self._layers[path][0]
 
-    def add_polyline(self, points: Floats, layer: int, name: str, texts: Mapping[str, object]) -> None:
-        """Add a polyline through points (n, 3), as they are."""
+    def add_polyline(
+        self,
+        points: Floats,
+        layer: int,
+        name: str,
+        texts: Mapping[str, object],
+        colour: tuple[int, int, int] | None = None,
+        *,
+        is_arrow: bool = False,
+    ) -> None:
+        """Add a polyline through points (n, 3), as they are; in a colour of its own, with an arrowhead at its end."""
         polyline = self._rhino.Polyline(len(points))
         # A list of Point3d takes twice as long.
         list(map(polyline.Add, *points.T.tolist()))
-        self._expect(self._file.Objects.AddPolyline, polyline, layer, name, texts)
+        self._expect(self._file.Objects.AddPolyline, polyline, layer, name, texts, colour, is_arrow=is_arrow)
 
     def add_curve(
         self,
@@ -109,15 +118,22 @@ class RhinoFileBuilder:
             curve.Points[i] = self._rhino.Point4d(x, y, z, 1.0)
         self._expect(self._file.Objects.AddCurve, curve, layer, name, texts, colour)
 
-    def add_points(self, points: Floats, layer: int, name: str, texts: Mapping[str, object]) -> None:
-        """Add points (n, 3) as one cloud, in their order."""
-        cloud = self._rhino.PointCloud(list(map(self._rhino.Point3d, *points.T.tolist())))
+    def add_points(
+        self, points: Floats, layer: int, name: str, texts: Mapping[str, object], colours: Ints | None = None
+    ) -> None:
+        """Add points (n, 3) as one cloud, in their order; each in a colour of its own (n, 3) where there are any."""
+        places = map(self._rhino.Point3d, *points.T.tolist())
+        cloud = self._rhino.PointCloud(list(places) if colours is None else [])
+        if colours is not None:
+            for place, colour in zip(places, colours.tolist()):
+                cloud.Add(place, (*colour, 255))
         self._expect(self._file.Objects.AddPointCloud, cloud, layer, name, texts)
 
     def add_dot(self, point: Floats, layer: int, text: str) -> None:
         """Add a text dot at a point (3,)."""
         attributes = self._rhino.ObjectAttributes()
         attributes.LayerIndex = layer
+        attributes.Id = self._id(f"dot {layer} {text} {point.tolist()}")
         dot = self._rhino.TextDot(text, self._rhino.Point3d(*point.tolist()))
         self._file.Objects.Add(dot, attributes)
 
@@ -150,6 +166,8 @@ class RhinoFileBuilder:
         name: str,
         texts: Mapping[str, object],
         colour: tuple[int, int, int] | None = None,
+        *,
+        is_arrow: bool = False,
     ) -> None:
         """Add an object, and raise where rhino3dm rejects it, which it does silently."""
         attributes = self._rhino.ObjectAttributes()
@@ -158,6 +176,8 @@ class RhinoFileBuilder:
         if colour is not None:
             attributes.ObjectColor = (*colour, 255)
             attributes.ColorSource = self._rhino.ObjectColorSource.ColorFromObject
+        if is_arrow:
+            attributes.ObjectDecoration = self._rhino.ObjectDecoration.EndArrowhead
         for key, text in texts.items():
             attributes.SetUserString(key, str(text))
         if add(geometry, attributes) != attributes.Id:

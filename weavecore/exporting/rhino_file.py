@@ -6,8 +6,7 @@
     weave::longitudes::00, 01, …    strands by the least generation they touch
     weave::pockets                  strands of pockets
     weave::rods::FAMILY             axes of the rods as NURBS curves, coloured by utilisation (of a weave)
-    equilibrium::rods::FAMILY       rods at rest as NURBS curves, coloured by their largest utilisation
-    equilibrium::supports           nodes that are held as one point cloud
+    equilibrium::…                  rods at rest, stress, departure and forces: `weavecore.exporting.equilibrium_layers`
     weave::nodes, weave::lattice    nodes as one point cloud, faces as one mesh
     weave::surface                  the mesh of a surface alone
 
@@ -17,11 +16,10 @@ Objects have the colours of their layers, except rods.  Closed polylines repeat 
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
+from weavecore.exporting.equilibrium_layers import ROD_LAYER_COLOUR, ROD_LAYERS, add_equilibrium
 from weavecore.exporting.polygons import faces_of
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.exporting.rhino_builder import RhinoFileBuilder
@@ -30,7 +28,6 @@ from weavecore.model import (
     FAMILIES,
     LATITUDINAL,
     LONGITUDINAL,
-    Equilibrium,
     Latitudes,
     Lattice,
     Strands,
@@ -38,12 +35,6 @@ from weavecore.model import (
     first_generations,
 )
 from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours, utilisation_colours
-
-_ROD_LAYERS = {"L": "latitudes", "A": "longitudes forward", "B": "longitudes back", "P": "pockets"}
-"""Layer of a rod by the first letter of its name."""
-
-_ROD_LAYER_COLOUR = (90, 90, 96)
-"""Colour of these layers; each rod has one of its own, by utilisation."""
 
 
 def encode_3dm(product: Product) -> bytes:
@@ -73,7 +64,7 @@ def encode_3dm(product: Product) -> bytes:
         if product.weave is not None:
             _add_rods(builder, product.weave)
         if product.equilibrium is not None:
-            _add_equilibrium(builder, product.equilibrium)
+            add_equilibrium(builder, product.equilibrium)
         texts = {"pattern": product.lattice.pattern, "edge_length": product.lattice.edge_length}
         builder.add_points(product.lattice.nodes, builder.layer("weave::nodes", NODES), "nodes", texts)
         _add_faces(builder, product, "lattice", "lattice")
@@ -131,7 +122,7 @@ def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
     colours = utilisation_colours(weave.bending.utilisation).tolist()
     bending = weave.bending
     for s, name in enumerate(weave.ids):
-        layer = builder.layer(f"weave::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
+        layer = builder.layer(f"weave::rods::{ROD_LAYERS[name[0]]}", ROD_LAYER_COLOUR)
         knots, controls = weave.axes.bspline(s)
         texts = {
             "id": name,
@@ -144,40 +135,6 @@ def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
             "utilisation": float(bending.utilisation[s]),
         }
         builder.add_curve(knots, controls, layer, name, texts, tuple(colours[s]))
-
-
-def _add_equilibrium(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> None:
-    """Add the rods at rest as curves of degree 3, one layer a family, coloured by their largest utilisation."""
-    weave, offsets = equilibrium.weave, equilibrium.offsets
-    utilisation = np.maximum.reduceat(equilibrium.utilisation, offsets[:-1])
-    force = np.maximum.reduceat(np.abs(equilibrium.axial_force), offsets[:-1])
-    moment = np.maximum.reduceat(equilibrium.moment, offsets[:-1])
-    move = np.linalg.norm(equilibrium.points - equilibrium.drawn, axis=1)
-    departure = np.maximum.reduceat(move, offsets[:-1])
-    colours = utilisation_colours(utilisation).tolist()
-    for s, name in enumerate(weave.ids):
-        layer = builder.layer(f"equilibrium::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
-        points, is_closed = equilibrium.points[offsets[s] : offsets[s + 1]], bool(weave.strands.closed[s])
-        through = np.concatenate([points, points[:1]]) if is_closed else points
-        at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1))])
-        curve: Any = make_interp_spline(at, through, k=3, bc_type="periodic" if is_closed else "natural")
-        texts = {
-            "id": name,
-            "utilisation": float(utilisation[s]),
-            "axial_force_n": float(force[s]),
-            "moment_nm": float(moment[s]),
-            "departure": float(departure[s]),
-        }
-        builder.add_curve(curve.t, curve.c, layer, f"{name} at rest", texts, tuple(colours[s]))
-    _add_supports(builder, equilibrium)
-
-
-def _add_supports(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> None:
-    """Add the nodes that are held as one point cloud."""
-    held = equilibrium.weave.lattice.nodes[equilibrium.is_supported]
-    if len(held):
-        texts = {"supports": equilibrium.supports, "loads": equilibrium.loads}
-        builder.add_points(held, builder.layer("equilibrium::supports", _ROD_LAYER_COLOUR), "supports", texts)
 
 
 def _add_faces(builder: RhinoFileBuilder, product: Product, layer: str, name: str) -> None:

@@ -8,11 +8,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Callable, Optional
 
-from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.csv_tables import Source, Table
+from weavecore.fabricating.equilibrium_checks import check_equilibrium
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.folder_report import check_files, encode_report, summarize_checks
 from weavecore.fabricating.marks import mark_pieces
@@ -85,6 +86,7 @@ def fabricate_weave(
     scale: float,
     workshop: Workshop,
     source: Source,
+    equilibrium_tables: Sequence[Table] = (),
     progress: Optional[Progress] = None,
 ) -> Fabrication:
     """Make all files of the folder but the .3dm.
@@ -99,6 +101,8 @@ def fabricate_weave(
     workshop : Workshop
     source : Source
         What every file states.
+    equilibrium_tables : sequence of Table
+        Those of the weave at rest, where it was simulated.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -119,12 +123,12 @@ def fabricate_weave(
     bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf)
     cut_list = CutList(pieces, splices, bars, mark_pieces(plan, pieces), find_ties(plan))
     update(0.2, "writing the tables")
-    tables = build_tables(plan, workshop, cut_list, sequence)
+    tables = [*build_tables(plan, workshop, cut_list, sequence), *equilibrium_tables]
     files = {f"{table.name}.csv": table.encode(source) for table in tables}
     update(0.4, "drawing the templates")
     files.update(_templates(plan, cut_list, workshop, source))
     update(0.8, "checking the files")
-    checks = check_files(files)
+    checks = [*check_files(files), *check_equilibrium(WrittenFolder(files))]
     update(1.0, "checked")
     return Fabrication({**files, **encode_report(checks, source)}, tuple(checks))
 

@@ -9,7 +9,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, frozen, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, frozen, next_in_loop, rows_of
 from weavecore.model.weave import Weave
 
 
@@ -53,6 +53,8 @@ class Equilibrium:
         Elastic energy of the weave as drawn.
     supports, loads : str
         What was asked for, in words.
+    load : (N, 3) float64, optional
+        Of the loads on the rods near each node, self-weight included; with the reactions they add up to 0.
     buckling_factor : float, optional
         By which the loads grow until the stiffness has a zero eigenvalue, to first order; infinite where it never has.
     """
@@ -77,9 +79,12 @@ class Equilibrium:
     supports: str = "none"
     loads: str = "none"
     buckling_factor: Optional[float] = None
+    load: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
         n, n_nodes = len(self.points), self.weave.lattice.n_nodes
+        if len(self.load) == 0:
+            object.__setattr__(self, "load", np.zeros((n_nodes, 3)))
         for name, dtype, shape in (
             ("points", np.float64, (n, 3)),
             ("drawn", np.float64, (n, 3)),
@@ -90,6 +95,7 @@ class Equilibrium:
             ("stress", np.float64, (n,)),
             ("tie_force", np.float64, (len(self.weave.joints.contacts), 3)),
             ("reaction", np.float64, (n_nodes, 3)),
+            ("load", np.float64, (n_nodes, 3)),
             ("is_supported", np.bool_, (n_nodes,)),
         ):
             object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape))
@@ -106,13 +112,18 @@ class Equilibrium:
         return rows_of(self.offsets)
 
     @cached_property
-    def departure(self) -> Floats:
-        """(N,) distance of each node from where it was drawn: the mean move of its rods."""
+    def node_move(self) -> Floats:
+        """(N, 3) from where each node was drawn to where it rests: the mean move of its rods."""
         nodes = self.weave.strands.nodes
         move = (self.points - self.drawn)[self.point_of_visit]
         count = np.maximum(np.bincount(nodes, minlength=self.weave.lattice.n_nodes), 1)
-        mean = np.stack([np.bincount(nodes, move[:, d], len(count)) for d in range(3)], axis=1) / count[:, None]
-        distance: Floats = np.linalg.norm(mean, axis=1)
+        mean: Floats = np.stack([np.bincount(nodes, move[:, d], len(count)) for d in range(3)], axis=1) / count[:, None]
+        return mean
+
+    @cached_property
+    def departure(self) -> Floats:
+        """(N,) distance of each node from where it was drawn."""
+        distance: Floats = np.linalg.norm(self.node_move, axis=1)
         return distance
 
     @property
@@ -147,3 +158,23 @@ class Equilibrium:
         """(C,) size of the force in each contact: exact where the rods cross at right angles."""
         size: Floats = np.linalg.norm(self.tie_force, axis=1)
         return size
+
+    @cached_property
+    def contact_rods(self) -> Ints:
+        """(C, 3) joint, lower rod and upper rod of each contact."""
+        joints = self.weave.joints
+        lower, upper = joints.contacts.T
+        return np.stack([joints.joint[lower], joints.strand[lower], joints.strand[upper]], axis=1)
+
+    @cached_property
+    def segments(self) -> Ints:
+        """(M, 2) the points at the ends of each straight segment, rod after rod."""
+        after = next_in_loop(self.offsets)
+        goes_on = self.weave.strands.closed[self.rod] | (after > np.arange(len(after)))
+        start = np.flatnonzero(goes_on)
+        return np.stack([start, after[start]], axis=1)
+
+    def greatest_of_rods(self, values: Floats) -> Floats:
+        """(S,) the greatest of the values (n,) at the points of each rod."""
+        greatest: Floats = np.maximum.reduceat(values, self.offsets[:-1])
+        return greatest

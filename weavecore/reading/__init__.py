@@ -3,6 +3,7 @@
 from weavecore.reading.curves import CURVE_ENDINGS, curve_from, curves_from, read_curves
 from weavecore.reading.formats.result_json import read_result
 from weavecore.reading.inspect import CurveReport, FileReport, ObjectReport, inspect_file
+from weavecore.reading.points import read_places
 from weavecore.reading.read import read_surface, surface_from
 from weavecore.reading.repair import surface_from_arrays
 
@@ -15,6 +16,7 @@ __all__ = [
     "curves_from",
     "inspect_file",
     "read_curves",
+    "read_places",
     "read_result",
     "read_surface",
     "surface_from",

@@ -16,6 +16,7 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Bools, Floats, next_in_loop, rows_of
 from weavecore.model import Weave
 from weavecore.simulating.discretise import RodPoints
+from weavecore.units import with_unit
 
 NONE, BORDERS = "none", "borders"
 Supports = Union[str, Sequence[Any]]
@@ -24,6 +25,10 @@ _GRAVITY = 9.80665
 _REACH = 0.75
 """A node is held by a curve that passes within this part of the median edge: nodes on a row of edges lie within half of
 one, and the next row of a triangular lattice is 0.87 away."""
+
+
+_SAME_PLACE = 1e-6
+"""A support point this part of the median edge from its node lies on it."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +97,22 @@ def supported_nodes(weave: Weave, supports: Supports) -> Bools:
     return held
 
 
+def describe_supports(weave: Weave, supports: Supports, held: Bools) -> str:
+    """What was asked for in words; for points also how far they lie from the nodes that they hold."""
+    if isinstance(supports, str):
+        return supports
+    points = [np.asarray(one, np.float64).reshape(-1, 3) for one in supports]
+    single = [point for point in points if len(point) == 1]
+    count = f"{int(held.sum())} nodes"
+    if not single:
+        return count
+    distance = float(np.max(cKDTree(weave.lattice.nodes).query(np.concatenate(single))[0]))
+    if distance <= _SAME_PLACE * float(np.median(weave.lattice.edge_lengths)):
+        return count
+    away = with_unit(distance, weave.lattice.latitudes.surface.unit, digits=3)
+    return f"{count}, the support points at most {away} away"
+
+
 def load_forces(weave: Weave, rods: RodPoints, loads: Loads, *, diameter: float, metres: float) -> Floats:
     """(n, 3) forces in N on the points of the rods; the diameter is in metres, of which ``metres`` make one unit."""
     forces = np.zeros((len(rods.points), 3))
@@ -110,6 +131,20 @@ def load_forces(weave: Weave, rods: RodPoints, loads: Loads, *, diameter: float,
     share = on_nodes / np.maximum(np.bincount(nodes, minlength=len(on_nodes)), 1)[:, None]
     forces[rods.of_visit] += share[nodes]
     return forces
+
+
+def loads_on_nodes(weave: Weave, rods: RodPoints, forces: Floats) -> Floats:
+    """(N, 3) forces (n, 3) on the points of the rods, each shared by the two nodes that it lies between."""
+    strands = weave.strands
+    index = np.arange(len(rods.points))
+    before = np.searchsorted(rods.of_visit, index, side="right") - 1
+    after = np.where(index == rods.of_visit[before], before, next_in_loop(strands.offsets)[before])
+    wrapped = np.where(rods.of_visit[after] < index, rods.offsets[rods.rod + 1], rods.of_visit[after])
+    part = (index - rods.of_visit[before]) / np.maximum(wrapped - rods.of_visit[before], 1)
+    n = weave.lattice.n_nodes
+    nodes = np.concatenate([strands.nodes[before], strands.nodes[after]])
+    shares = np.concatenate([(1 - part)[:, None] * forces, part[:, None] * forces])
+    return np.stack([np.bincount(nodes, shares[:, d], n) for d in range(3)], axis=1)
 
 
 def node_areas(weave: Weave) -> Floats:

@@ -18,7 +18,9 @@ from weavecore.simulating.boundary import (
     NONE,
     Loads,
     Supports,
+    describe_supports,
     load_forces,
+    loads_on_nodes,
     supported_nodes,
     three_point_gauge,
 )
@@ -83,7 +85,7 @@ def simulate_weave(
     rods = place_points(weave.axes, segments=segments, metres=metres, stations=stations)
     structure = _structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
     found = find_equilibrium(structure, rods.points, progress=progress)
-    words = supports if isinstance(supports, str) else f"{int(held.sum())} nodes"
+    words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)
     at_rest = replace(at_rest, supports=words, loads=str(loads))
     if not found.is_converged:
@@ -146,6 +148,7 @@ def _results_of(
         stress=(np.abs(axial) / area + moment / section) / 1e6,
         tie_force=forces.tie,
         reaction=np.where(held[:, None], reaction, 0.0),
+        load=loads_on_nodes(weave, rods, structure.loads),
         is_supported=held,
         is_converged=found.is_converged,
         n_negative=found.n_negative,

@@ -125,6 +125,8 @@ def draw_pixels(
 
 def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Colours) -> DepthBuffer:
     """Colour the samples in which the surface is visible; return its z-buffer."""
+    if not scene.has_surface:
+        return DepthBuffer(samples)
     place, nearness = camera.project(scene.vertices)
     nearness = nearness / (1.0 + scene.set_back * nearness)
     corners = place[scene.triangles]

@@ -25,6 +25,10 @@ _BORDER_FACTOR, _LONGITUDE_FACTOR = 1.45, 0.7
 _DRAWN_FACTOR = 0.4
 """Radius of the rods as drawn against that of the rods at rest."""
 
+_RADIUS_AT_REST_PER_SIZE = 0.0015
+"""Least radius of the rods at rest, in diagonals of the bounding box: two pixels of a usual picture, so that colours
+are visible."""
+
 _STEP_PER_EDGE = 0.08
 """Rods of a weave are drawn in straight segments of this part of an edge."""
 
@@ -55,6 +59,8 @@ class Scene:
         Points of the borders, cuts and origins.
     set_back : float
         How far the triangles are set back from the eye, so that rods below them are visible.
+    has_surface : bool
+        Whether the triangles are drawn; else they serve to choose the view.
     """
 
     vertices: Floats
@@ -66,6 +72,7 @@ class Scene:
     radius: Floats
     borders: Floats
     set_back: float = 0.0
+    has_surface: bool = True
 
     @property
     def size(self) -> float:
@@ -184,21 +191,25 @@ def _of_weave(weave: Weave) -> Scene:
 
 
 def _of_equilibrium(equilibrium: Equilibrium) -> Scene:
-    """The rods at rest, coloured by utilisation, and the drawn ones in grey; the surface is where it was drawn."""
+    """The rods at rest, coloured by utilisation, and the drawn ones thin and grey, without the surface.
+
+    A surface would hide the rods that have moved behind it.
+    """
     weave = equilibrium.weave
-    after = next_in_loop(equilibrium.offsets)
-    goes_on = weave.strands.closed[equilibrium.rod] | (after > np.arange(len(after)))
-    start, stop = np.flatnonzero(goes_on), after[goes_on]
+    start, stop = equilibrium.segments.T
     used = np.maximum(equilibrium.utilisation[start], equilibrium.utilisation[stop])
     scene = _of_weave(weave)
     grey = np.tile(np.array(FREE_BORDERS, float), (len(start), 1))
-    radius = np.full(len(start), weave.rod_diameter / 2.0)
+    radius = np.full(len(start), max(weave.rod_diameter / 2.0, _RADIUS_AT_REST_PER_SIZE * scene.size))
     return replace(
         scene,
+        # The view takes in both shapes.
+        vertices=np.concatenate([scene.vertices, weave.lattice.nodes + equilibrium.node_move]),
         starts=np.concatenate([equilibrium.points[start], equilibrium.drawn[start]]),
         ends=np.concatenate([equilibrium.points[stop], equilibrium.drawn[stop]]),
         colours=np.concatenate([utilisation_colours(used).astype(float), grey]),
         radius=np.concatenate([radius, _DRAWN_FACTOR * radius]),
+        has_surface=False,
     )
 
 

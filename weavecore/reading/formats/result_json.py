@@ -105,14 +105,19 @@ def read_weave(path: PathLike) -> tuple[Weave, bytes]:
     Unsupported
         Where the file has no weave; else as `read_result`.
     """
+    result, content = read_weave_or_equilibrium(path)
+    return (result.weave if isinstance(result, Equilibrium) else result), content
+
+
+def read_weave_or_equilibrium(path: PathLike) -> tuple[Union[Weave, Equilibrium], bytes]:
+    """Read a JSON result that has a weave, with its equilibrium where there is one; see `read_weave`."""
     content = _read_bytes(path)
     result = decode_result(content)
-    weave = result.weave if isinstance(result, Equilibrium) else result
-    if not isinstance(weave, Weave):
+    if not isinstance(result, (Weave, Equilibrium)):
         raise Unsupported(
             f"{path} has no rods", remedy="Use a result that `weavecore weave INPUT --json RESULT.json` wrote."
         )
-    return weave, content
+    return result, content
 
 
 def decode_result(data: bytes) -> Result:
@@ -528,6 +533,8 @@ def _take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
         supports=part.text("supports"),
         loads=part.text("loads"),
         buckling_factor=float("inf") if buckles is False else factor,
+        # Results from before loads were written have none.
+        load=part.floats("node_loads", reaction.shape) if "node_loads" in part else np.zeros_like(reaction),
     )
 
 

@@ -15,7 +15,7 @@ from typing import Any, Optional
 
 from weavecore.model import BuildSequence, Strands
 from weavecore.viewing.page.page_content import page_content
-from weavecore.viewing.scene import Drawable
+from weavecore.viewing.scene import Pictured
 
 _LIBRARY = "three.js"
 _PROGRAMS = (
@@ -25,6 +25,7 @@ _PROGRAMS = (
     "scenery.js",
     "showing.js",
     "legend.js",
+    "equilibrium.js",
     "list.js",
     "details.js",
     "player.js",
@@ -34,13 +35,13 @@ _PROGRAMS = (
 
 
 def encode_page(
-    value: Drawable, *, strands: Optional[Strands] = None, sequence: Optional[BuildSequence] = None
+    value: Pictured, *, strands: Optional[Strands] = None, sequence: Optional[BuildSequence] = None
 ) -> bytes:
     """Write the HTML page that shows a stage's result.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     strands : Strands, optional
         The rods of a lattice, which it needs.
     sequence : BuildSequence, optional

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.polygon_mesh import fan_triangles
-from weavecore.model import BuildSequence, Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model import BuildSequence, Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.palette import latitude_colours, utilisation_colours
 from weavecore.units import with_unit
 from weavecore.viewing.camera import choose_view
@@ -25,7 +25,8 @@ from weavecore.viewing.page.page_curves import (
     curves_of_lattice,
     curves_of_weave,
 )
-from weavecore.viewing.scene import Drawable
+from weavecore.viewing.page.page_equilibrium import equilibrium_figures, moves_of_samples
+from weavecore.viewing.scene import Drawable, Pictured
 from weavecore.viewing.summary import spacing_text
 from weavecore.viewing.surface_paths import describe_chosen_borders, paths_of_surface
 
@@ -41,13 +42,13 @@ _SHADES = 24
 
 
 def page_content(
-    value: Drawable, *, strands: Optional[Strands] = None, sequence: Optional[BuildSequence] = None
+    value: Pictured, *, strands: Optional[Strands] = None, sequence: Optional[BuildSequence] = None
 ) -> dict[str, Any]:
     """Gather everything that the page shows.
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
     strands : Strands, optional
         The rods of a lattice, which it needs.
     sequence : BuildSequence, optional
@@ -63,6 +64,8 @@ def page_content(
     ValueError
         For a lattice without strands.
     """
+    at_rest = value if isinstance(value, Equilibrium) else None
+    value = value.weave if isinstance(value, Equilibrium) else value
     surface, n_generations = _surface_and_generations(value)
     stage, curves, figures = _curves_and_figures(value, strands)
     vertices, triangles = _drawn_surface(value, surface)
@@ -70,9 +73,9 @@ def page_content(
     centre = (low + high) / 2
     return {
         "title": surface.name or "Unnamed surface",
-        "stage": stage,
+        "stage": stage if at_rest is None else f"{stage}, at rest",
         "unit": with_unit(1.0, surface.unit).partition(" ")[2],
-        "figures": figures,
+        "figures": figures if at_rest is None else _equilibrium_figures(at_rest) + figures,
         "families": [{"name": family.name, "colour": list(family.colour)} for family in curves.families],
         "generationColours": latitude_colours(np.arange(n_generations), n_generations).tolist(),
         "utilisationColours": utilisation_colours(np.linspace(0, 1, _SHADES)).tolist(),
@@ -84,6 +87,7 @@ def page_content(
         },
         "rods": _rods(curves, centre),
         "weave": _weave(value, centre) if isinstance(value, Weave) else None,
+        "equilibrium": None if at_rest is None else _equilibrium(at_rest, curves, centre),
         "sequence": _sequence(sequence, curves) if sequence is not None else None,
     }
 
@@ -161,6 +165,20 @@ def _weave(weave: Weave, centre: Floats) -> dict[str, Any]:
         "jointOffsets": _pack(joints.offsets, "Uint32Array"),
         "jointRods": _pack(joints.strand, "Uint32Array"),
         "jointStations": _pack(weave.axes.stations[joints.visit], "Float32Array"),
+    }
+
+
+def _equilibrium(equilibrium: Equilibrium, curves: PageCurves, centre: Floats) -> dict[str, Any]:
+    """Moves and stress of the samples, extremes of each rod, and the supports."""
+    weave = equilibrium.weave
+    moves, utilisation = moves_of_samples(equilibrium, curves)
+    figures = equilibrium_figures(equilibrium)
+    return {
+        "moves": _pack(moves, "Float32Array"),
+        "utilisation": _pack(utilisation, "Float32Array"),
+        "jointMoves": _pack(equilibrium.node_move[weave.joints.node], "Float32Array"),
+        "supports": _pack(weave.lattice.nodes[equilibrium.is_supported] - centre, "Float32Array"),
+        **{key: one if isinstance(one, float) else _pack(one, "Float32Array") for key, one in figures.items()},
     }
 
 
@@ -246,6 +264,28 @@ def _weave_figures(weave: Weave) -> list[Figure]:
         _figure("Conflicts", str(len(weave.conflicts)), is_alarm=len(weave.conflicts) > 0),
         _figure("Clashes", str(len(weave.clashes)), is_alarm=len(weave.clashes) > 0),
     ]
+
+
+def _equilibrium_figures(equilibrium: Equilibrium) -> list[Figure]:
+    """Supports and loads, how far the nodes depart, and the largest stress and forces."""
+    unit, used = equilibrium.weave.lattice.latitudes.surface.unit, equilibrium.utilisation_max
+    worst = int(equilibrium.rod[np.argmax(equilibrium.stress)])
+    stands = "stable" if equilibrium.is_stable else "not stable"
+    moves = (equilibrium.departure_mean, equilibrium.departure_p95, equilibrium.departure_max)
+    mean, p95, largest = (with_unit(move, unit, digits=3) for move in moves)
+    rows = [
+        _figure("At rest", stands, is_alarm=not equilibrium.is_stable),
+        _figure("Supports", equilibrium.supports),
+        _figure("Loads", equilibrium.loads),
+        _figure("Mean departure", mean),
+        _figure("95% depart within", p95),
+        _figure("Largest departure", largest),
+        _figure("Stress at rest", f"{equilibrium.stress_max:.0f} MPa", rod=worst),
+        _figure("Utilisation at rest", f"{used:,.0%}", rod=worst, is_alarm=used > 1),
+        _figure("Largest tie force", f"{equilibrium.tie_force_size.max(initial=0.0):.3g} N"),
+    ]
+    reaction = float(np.linalg.norm(equilibrium.reaction, axis=1).max(initial=0.0))
+    return rows + ([_figure("Largest reaction", f"{reaction:.3g} N")] if equilibrium.is_supported.any() else [])
 
 
 def _total(lengths: Floats, unit: str) -> str:

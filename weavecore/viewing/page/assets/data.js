@@ -19,6 +19,7 @@ const content = JSON.parse(document.getElementById("data").textContent);
 const surface = unpackAll(content.surface);
 const rods = unpackAll(content.rods);
 const weave = content.weave && unpackAll(content.weave);
+const equilibrium = content.equilibrium && unpackAll(content.equilibrium);
 const sequence = content.sequence && unpackAll(content.sequence);
 const nRods = rods.names.length;
 const nGenerations = content.generationColours.length;
@@ -83,7 +84,7 @@ function pointAlong(rod, part) {
     while (k < last - 1 && rods.stations[k + 1] < station) k++;
     const span = rods.stations[k + 1] - rods.stations[k];
     const t = span > 0 ? Math.min(Math.max((station - rods.stations[k]) / span, 0), 1) : 0;
-    return [0, 1, 2].map((axis) => rods.points[3 * k + axis] * (1 - t) + rods.points[3 * (k + 1) + axis] * t);
+    return [0, 1, 2].map((axis) => shownCoordinate(3 * k + axis) * (1 - t) + shownCoordinate(3 * (k + 1) + axis) * t);
 }
 
 /** An element with attributes, and texts or elements in it. */

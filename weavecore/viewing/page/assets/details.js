@@ -47,6 +47,7 @@ function rodFigures(rod) {
     if (nGenerations > 1) figures.push([generationsOf(rod).includes("to") ? "Generations" : "Generation", generationsOf(rod)]);
     if (sequence) figures.push(["Step", `${stepOfRod[rod] + 1} of ${nRods}`]);
     if (!weave) return figures;
+    if (equilibrium) figures.push(...equilibriumRodFigures(rod));
     const radius = weave.minRadius[rod];
     figures.push(["Least radius", lengthText(radius, 5)]);
     if (radius < FLOAT_MOST) {

@@ -12,30 +12,44 @@ function fillFigures() {
     }
 }
 
-const COLOURINGS = { family: "Family", generation: "Generation", utilisation: "Utilisation" };
+const COLOURINGS = {
+    family: { text: "Family", isFor: () => true },
+    generation: { text: "Generation", isFor: () => nGenerations > 1 },
+    utilisation: { text: "Utilisation", isFor: () => weave && !equilibrium },
+    stress: { text: "Stress", isFor: () => equilibrium },
+    departure: { text: "Departure", isFor: () => equilibrium },
+};
+
+/** Of a colouring by a scale: its colours, and what stands at its two ends. */
+const RAMPS = {
+    generation: () => [content.generationColours, "border", `generation ${nGenerations - 1}`],
+    utilisation: () => [content.utilisationColours, "straight", "100% or more: too sharp"],
+    stress: () => [content.utilisationColours, "0 MPa", `${equilibrium.allowableStress.toFixed(0)} MPa: allowable`],
+    departure: () => [content.utilisationColours, lengthText(0), lengthText(equilibrium.largestMove, 3)],
+};
 
 function fillColouring() {
-    const names = Object.keys(COLOURINGS).filter((name) => (name === "utilisation" ? weave : name === "family" || nGenerations > 1));
+    const names = Object.keys(COLOURINGS).filter((name) => COLOURINGS[name].isFor());
     if (names.length < 2) {
         byId("colour-by").hidden = true;
         return;
     }
+    byId("colour-by").classList.toggle("in-rows", names.length > 3);
     for (const name of names) {
         const input = make("input", { type: "radio", name: "colour-by", value: name, checked: name === state.colourBy, onchange: () => change({ colourBy: name }) });
-        byId("colour-by").append(make("label", {}, input, make("span", {}, COLOURINGS[name])));
+        byId("colour-by").append(make("label", {}, input, make("span", {}, COLOURINGS[name].text)));
     }
     watchers.push(showRamp);
 }
 
 function showRamp() {
     for (const input of byId("colour-by").querySelectorAll("input")) input.checked = input.value === state.colourBy;
-    const byUse = state.colourBy === "utilisation";
     byId("ramp").hidden = state.colourBy === "family";
     if (state.colourBy === "family") return;
-    const colours = byUse ? content.utilisationColours : content.generationColours;
+    const [colours, low, high] = RAMPS[state.colourBy]();
     byId("ramp-bar").style.background = colours.length > 1 ? `linear-gradient(to right, ${colours.map(cssColour)})` : cssColour(colours[0]);
-    byId("ramp-low").textContent = byUse ? "straight" : "border";
-    byId("ramp-high").textContent = byUse ? "100% or more: too sharp" : `generation ${nGenerations - 1}`;
+    byId("ramp-low").textContent = low;
+    byId("ramp-high").textContent = high;
 }
 
 function fillFamilies() {

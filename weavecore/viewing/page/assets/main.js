@@ -13,7 +13,7 @@ function reset() {
     stage.fit(content.view);
     change({
         picked: -1, hovered: -1, marked: -1, step: sequence ? nRods : 0, families: content.families.map(() => true),
-        from: 0, to: nGenerations - 1, colourBy: "family", hasSurface: true,
+        from: 0, to: nGenerations - 1, colourBy: "family", hasSurface: !equilibrium, atRest: equilibrium ? 1 : 0, exaggeration: 1,
     });
 }
 
@@ -129,6 +129,7 @@ fillFigures();
 fillColouring();
 fillFamilies();
 fillGenerations();
+fillEquilibrium();
 openDetails();
 fillList(); // After the card, which takes room from the list.
 openPlayer();

@@ -3,23 +3,43 @@
 // look round, and where they are only searched for what is picked, they are ribbons, which take a fraction of the time.
 
 const SAMPLES_A_ROW = 680, RODS_A_ROW = 256; // in the textures
+const FIELD_COLOURS = 24; // of a scale that changes along a rod
 const STRIDE = 12; // place and depth; tangent and swelling; side and rod
 const ROUND_PIXELS = [1.5, 4.0]; // From which radius on a rod begins to look round, and does.
 const HIDDEN = 0, PLAIN = 128, STRONG = 255; // How a rod is drawn: the fourth part of its colour.
 
 const ROD_VERTEX = `
-    uniform highp sampler2D samples;
+    uniform highp sampler2D samples, moves;
     uniform sampler2D rodColours;
-    uniform int sides;
+    uniform int sides, field;
+    uniform float amount, largestMove;
+    uniform vec3 ramp[${FIELD_COLOURS}];
+    uniform vec3 dimmed;
     uniform float radius, leastPixels, pixel;
     varying vec3 vNormal;
     varying vec3 vColour;
     varying float vDepth;
     varying float vRound;
     flat varying int vRod;
+    ivec2 texelOf(int k) {
+        return ivec2(3 * (k % ${SAMPLES_A_ROW}), k / ${SAMPLES_A_ROW});
+    }
+    vec4 moveOf(int k) {
+        return texelFetch(moves, ivec2(k % ${SAMPLES_A_ROW}, k / ${SAMPLES_A_ROW}), 0);
+    }
+    // Where sample k is shown; that of another rod counts as the one it is asked for.
+    vec3 shownAt(int k, int instead, int rod) {
+        if (k < 0 || int(texelFetch(samples, texelOf(k) + ivec2(2, 0), 0).w + 0.5) != rod) k = instead;
+        return texelFetch(samples, texelOf(k), 0).xyz + amount * moveOf(k).xyz;
+    }
+    vec3 rampColour(float part) {
+        float at = clamp(part, 0.0, 1.0) * float(${FIELD_COLOURS} - 1);
+        int low = min(int(at), ${FIELD_COLOURS} - 2);
+        return mix(ramp[low], ramp[low + 1], at - float(low));
+    }
     void main() {
         int k = gl_VertexID / sides;
-        ivec2 at = ivec2(3 * (k % ${SAMPLES_A_ROW}), k / ${SAMPLES_A_ROW});
+        ivec2 at = texelOf(k);
         vec4 place = texelFetch(samples, at, 0);
         vec4 along = texelFetch(samples, at + ivec2(1, 0), 0);
         vec4 side = texelFetch(samples, at + ivec2(2, 0), 0);
@@ -28,6 +48,13 @@ const ROD_VERTEX = `
         if (tint.a < 0.1) {
             gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
             return;
+        }
+        if (amount != 0.0) {
+            place.xyz += amount * moveOf(k).xyz;
+            vec3 direction = shownAt(k + 1, k, vRod) - shownAt(k - 1, k, vRod);
+            along.xyz = direction / max(length(direction), 1e-20);
+            vec3 across = side.xyz - dot(side.xyz, along.xyz) * along.xyz;
+            side.xyz = across / max(length(across), 1e-20);
         }
         vec4 eye = modelViewMatrix * vec4(place.xyz, 1.0);
         float turn = 6.2831853 * float(gl_VertexID % sides) / float(sides);
@@ -42,6 +69,10 @@ const ROD_VERTEX = `
         vRound = smoothstep(${ROUND_PIXELS[0].toFixed(1)}, ${ROUND_PIXELS[1].toFixed(1)}, radius / across);
         vNormal = normal;
         vColour = tint.rgb;
+        // Colours along a rod: its own texel then has how far it is dimmed.
+        vec4 move = moveOf(k);
+        if (field == 1) vColour = mix(rampColour(move.w), dimmed, tint.r);
+        if (field == 2) vColour = mix(rampColour(length(move.xyz) / max(largestMove, 1e-20)), dimmed, tint.r);
         vDepth = place.w;
         gl_Position = projectionMatrix * eye;
     }`;
@@ -76,7 +107,9 @@ function packSamples() {
     const capped = (rod) => (rods.closed[rod] ? 0 : 2);
     let count = 0;
     for (let rod = 0; rod < nRods; rod++) count += rods.offsets[rod + 1] - rods.offsets[rod] + 2 * capped(rod);
-    const packed = new Float32Array(STRIDE * SAMPLES_A_ROW * Math.max(Math.ceil(count / SAMPLES_A_ROW), 1));
+    const rowsOfSamples = Math.max(Math.ceil(count / SAMPLES_A_ROW), 1);
+    const packed = new Float32Array(STRIDE * SAMPLES_A_ROW * rowsOfSamples);
+    const moves = new Float32Array(4 * (equilibrium ? SAMPLES_A_ROW * rowsOfSamples : 1));
     let at = 0;
     for (let rod = 0; rod < nRods; rod++) {
         const first = rods.offsets[rod], n = rods.offsets[rod + 1] - first;
@@ -95,10 +128,14 @@ function packSamples() {
             packed[at + 3] = rods.depth[first + inside];
             packed[at + 7] = [1, 0.8, 0][Math.abs(beyond)];
             packed[at + 11] = rod;
+            if (equilibrium) {
+                moves.set(equilibrium.moves.subarray(3 * (first + inside), 3 * (first + inside) + 3), (4 * at) / STRIDE);
+                moves[(4 * at) / STRIDE + 3] = equilibrium.utilisation[first + inside];
+            }
             at += STRIDE;
         }
     }
-    return { packed, count };
+    return { packed, count, moves };
 }
 
 /** The direction of a curve at sample k of n; a closed one has its first sample at its end again. */
@@ -146,9 +183,12 @@ function tubeGeometry(packed, count, sides) {
 
 /** The mesh of all rods, and the texture that says how each is drawn. */
 function makeRods() {
-    const { packed, count } = packSamples();
+    const { packed, count, moves } = packSamples();
     const samples = new THREE.DataTexture(packed, 3 * SAMPLES_A_ROW, packed.length / (STRIDE * SAMPLES_A_ROW), THREE.RGBAFormat, THREE.FloatType);
     samples.needsUpdate = true;
+    const wide = equilibrium ? SAMPLES_A_ROW : 1;
+    const moved = new THREE.DataTexture(moves, wide, moves.length / (4 * wide), THREE.RGBAFormat, THREE.FloatType);
+    moved.needsUpdate = true;
     const sides = count > 150000 ? 6 : count > 40000 ? 8 : 12;
     const tubes = tubeGeometry(packed, count, sides), ribbons = tubeGeometry(packed, count, 2);
     const colours = new Uint8Array(4 * RODS_A_ROW * Math.max(Math.ceil(nRods / RODS_A_ROW), 1));
@@ -159,6 +199,12 @@ function makeRods() {
         side: THREE.DoubleSide,
         uniforms: {
             samples: { value: samples },
+            moves: { value: moved },
+            amount: { value: 0 },
+            field: { value: 0 },
+            largestMove: { value: equilibrium ? equilibrium.largestMove : 1 },
+            ramp: { value: content.utilisationColours.slice(0, FIELD_COLOURS).map(() => new THREE.Vector3()) },
+            dimmed: { value: new THREE.Vector3() },
             rodColours: { value: texture },
             sides: { value: sides },
             radius: { value: rods.radius },
@@ -174,5 +220,5 @@ function makeRods() {
         mesh.geometry = isFlat ? ribbons : tubes;
         material.uniforms.sides.value = isFlat ? 2 : sides;
     };
-    return { mesh, colours, texture, uniforms: material.uniforms, flatten };
+    return { mesh, colours, texture, uniforms: material.uniforms, flatten, drawn: equilibrium && makeDrawnRods(mesh, ribbons) };
 }

@@ -8,7 +8,9 @@ const state = {
     from: 0,
     to: nGenerations - 1,
     colourBy: "family",
-    hasSurface: true,
+    hasSurface: !equilibrium, // It would hide the rods that have moved behind it.
+    atRest: equilibrium ? 1 : 0, // 0 as drawn, 1 at rest
+    exaggeration: 1,
     marked: -1, // the joint under the pointer in the table of marks
 };
 
@@ -33,6 +35,8 @@ function isShown(rod) {
 
 /** The colour of a rod by what is asked for, before others are dimmed for its sake. */
 function colourOf(rod) {
+    if (state.colourBy === "stress") return rampColour(content.utilisationColours, equilibrium.rodUtilisation[rod]);
+    if (state.colourBy === "departure") return rampColour(content.utilisationColours, partOfLargest(equilibrium.rodMove[rod]));
     if (state.colourBy === "utilisation") return rampColour(content.utilisationColours, weave.utilisation[rod]);
     if (state.colourBy === "generation") {
         const middle = (rods.shallowest[rod] + rods.deepest[rod]) / 2;
@@ -56,6 +60,7 @@ function openScene() {
     surfaceMesh = makeSurface();
     dots = makeDots();
     stage.scene.add(surfaceMesh, rodMesh.mesh, dots);
+    if (rodMesh.drawn) stage.scene.add(rodMesh.drawn.mesh);
     stage.beforeDrawing.push(() => {
         rodMesh.uniforms.pixel.value = stage.pixelSize();
         rodMesh.flatten(rods.radius / (stage.pixelSize() * stage.camera.near) < ROUND_PIXELS[0]);
@@ -75,6 +80,8 @@ function setTheme() {
     set(surfaceMesh.material.uniforms.inside, "--surface-inside");
     set(dots.material.uniforms.ground, "--panel");
     dimmedColour = pageColour("--dimmed");
+    rodMesh.uniforms.dimmed.value.set(...dimmedColour.map((c) => c / 255));
+    rodMesh.uniforms.ramp.value.forEach((colour, k) => colour.set(...litColour(content.utilisationColours[k]).map((c) => c / 255)));
     paint();
 }
 
@@ -86,15 +93,18 @@ function paint() {
     const near = new Set(state.picked >= 0 ? visibleNeighbours(state.picked) : []);
     for (let rod = 0; rod < nRods; rod++) {
         const isFocus = rod === focus || rod === state.hovered;
-        let colour = litColour(colourOf(rod));
-        if (focus >= 0 && !isFocus) colour = mixColours(colour, dimmedColour, dimming(rod, near));
+        const dimmed = focus >= 0 && !isFocus ? dimming(rod, near) : 0;
+        const colour = fieldShown() ? [255 * dimmed, 0, 0] : mixColours(litColour(colourOf(rod)), dimmedColour, dimmed);
         const strength = !isShown(rod) ? HIDDEN : isFocus ? STRONG : PLAIN;
         rodMesh.colours.set([...colour.map(Math.round), strength], 4 * rod);
     }
     rodMesh.texture.needsUpdate = true;
+    rodMesh.uniforms.amount.value = shownAmount();
+    rodMesh.uniforms.field.value = fieldShown();
     const isWhole = state.from <= 0 && state.to >= nGenerations - 1;
     rodMesh.uniforms.depths.value = isWhole ? { x: -1e9, y: 1e9 } : { x: state.from - 0.04, y: state.to + 0.04 };
     surfaceMesh.visible = state.hasSurface;
+    if (rodMesh.drawn) rodMesh.drawn.paint();
     setDots(dots, dotEntries(current));
     flags.set(flagEntries(current));
     stage.ask();
@@ -118,7 +128,8 @@ function* visibleNeighbours(rod) {
 }
 
 function jointPlace(joint) {
-    return [...weave.jointPoints.subarray(3 * joint, 3 * joint + 3)];
+    const moves = equilibrium ? equilibrium.jointMoves : null;
+    return [0, 1, 2].map((axis) => weave.jointPoints[3 * joint + axis] + (moves ? shownAmount() * moves[3 * joint + axis] : 0));
 }
 
 /** The marks of the picked rod, or the joints that the step ties. */
@@ -132,7 +143,7 @@ function dotEntries(current) {
         }
         return [...seen.values()];
     }
-    if (current < 0) return [];
+    if (current < 0) return supportEntries();
     const k = state.step - 1;
     return [...sequence.tied.subarray(sequence.tiedOffsets[k], sequence.tiedOffsets[k + 1])].map((joint) => ({
         place: jointPlace(joint),
@@ -150,7 +161,9 @@ function flagEntries(current) {
     if (rod < 0 || !isShown(rod)) return [];
     const entries = [{ place: pointAlong(rod, 0), text: rods.names[rod], kind: "name" }];
     if (state.picked >= 0 && weave && weave.minRadius[rod] < FLOAT_MOST) {
-        const place = [...weave.pointAtMin.subarray(3 * rod, 3 * rod + 3)];
+        const place = equilibrium
+            ? pointAlong(rod, weave.stationAtMin[rod] / rods.length[rod])
+            : [...weave.pointAtMin.subarray(3 * rod, 3 * rod + 3)];
         entries.push({ place, text: `R ${lengthText(weave.minRadius[rod], 4)}`, kind: "radius" });
     }
     return entries;
@@ -190,5 +203,6 @@ function setPicking(isPicking) {
     rodMesh.uniforms.picking.value = isPicking;
     rodMesh.flatten(isPicking);
     surfaceMesh.material.uniforms.picking.value = isPicking;
+    if (rodMesh.drawn) rodMesh.drawn.mesh.visible = !isPicking && shownAmount() !== 0 && isComplete();
     dots.visible = !isPicking && dots.geometry.hasAttribute("position");
 }
