@@ -53,6 +53,7 @@ from weavecore.viewing.summary import (
     describe_surface,
     describe_weave,
 )
+from weavecore.weaving.overhangs import with_overhangs
 from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice
@@ -441,6 +442,7 @@ def fabricate(
     folder: PathLike,
     *,
     workshop: Optional[Workshop] = None,
+    overhang: Optional[float] = None,
     unit: Optional[str] = None,
     overwrite: bool = False,
     progress: Optional[Progress] = None,
@@ -457,6 +459,8 @@ def fabricate(
     folder : path
     workshop : Workshop, optional
         Length of the stock, kind of splices and such.
+    overhang : float, optional
+        How far rods run past their outermost ties, in millimetres; without it as far as the weave has them run.
     unit : str, optional
         Unit of the result where it says none: ``"mm"``, ``"m"``, ``"in"``…
     overwrite : bool
@@ -482,6 +486,8 @@ def fabricate(
     weave, content = (result, encode(result, "result.json")) if isinstance(result, Weave) else read_weave(result)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
     source = Source.of(weave, content)
+    if overhang is not None:
+        weave = with_overhangs(weave, overhang / scale)
     made = fabricate_weave(
         weave,
         find_sequence(weave),

@@ -18,6 +18,7 @@ from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice, stagger
 from weavecore.fabricating.ties import Ties, size_of_tie
 from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, Workshop
+from weavecore.fabricating.written_axes import AXIS_DIGITS
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.splines import cubic_points, span_ends
 from weavecore.model import FAMILIES, BuildSequence
@@ -28,10 +29,6 @@ tolerance that lengths are checked with."""
 
 _LONGEST_STEP = 50.0
 """Points of an axis are at most so many millimetres apart, also where it is straight."""
-
-AXIS_DIGITS = 6
-"""Points of the axes are written to a nanometre: their curvature is measured again from three points in a row, which
-lie a few millimetres apart, and a micrometre would move a radius of 100 mm by percents."""
 
 _PROBES = 5
 """Directions of each cubic that its curvature is estimated from."""
@@ -79,6 +76,7 @@ def build_tables(plan: RodPlan, workshop: Workshop, cut_list: CutList, sequence:
         _marks_table(plan, cut_list.marks),
         _joints_table(plan, cut_list.ties),
         _axes_table(plan),
+        _clashes_table(plan),
         _sequence_table(plan, sequence),
         _bom_table(plan, workshop, cut_list),
     ]
@@ -213,6 +211,16 @@ def _axes_table(plan: RodPlan) -> Table:
         )
     ]
     return Table("axes", ("rod_id", "station", "x", "y", "z", "layer_offset"), rows)
+
+
+def _clashes_table(plan: RodPlan) -> Table:
+    """One row for each pair of rods that are nearer than their diameter, the nearest pair first."""
+    clashes = plan.weave.clashes
+    rows = [
+        (plan.ids[one], plan.ids[other], number(gap * plan.scale, 4), *(mm(x * plan.scale) for x in point))
+        for (one, other), gap, point in zip(clashes.strands.tolist(), clashes.distance.tolist(), clashes.point.tolist())
+    ]
+    return Table("clashes", ("rod_id", "other_rod", "distance", "x", "y", "z"), rows)
 
 
 def _sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:

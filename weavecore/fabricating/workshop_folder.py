@@ -29,7 +29,7 @@ from weavecore.model import BuildSequence, Weave
 Progress = Callable[[float, str], None]
 """Called with the fraction that is done, from 0 to 1, and a label."""
 
-TABLES = ("rods", "pieces", "splices", "nesting", "marks", "joints", "axes", "sequence", "bom", "report")
+TABLES = ("rods", "pieces", "splices", "nesting", "marks", "joints", "axes", "clashes", "sequence", "bom", "report")
 NAMES = (*(f"{table}.csv" for table in TABLES), *(f"templates.{ending}" for ending in TEMPLATES), "report.txt")
 """All files that are written here."""
 
