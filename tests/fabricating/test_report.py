@@ -195,7 +195,7 @@ def test_a_template_that_is_not_1_to_1_is_found(name: str) -> None:
     files = dict(thin().files)
     content = files[f"templates.{name}"].decode()
     number = (
-        r"(?<=\n 11\n)100\.0(?=\n)" if name == "dxf" else r'(?<=x2=")(\d+\.\d+)(?=" y2="[\d.]+" stroke-width="0.35")'
+        r"(?<=\n11\n)100\.0000(?=\n)" if name == "dxf" else r'(?<=x2=")(\d+\.\d+)(?=" y2="[\d.]+" stroke-width="0.35")'
     )
     content, count = re.subn(number, "1.0", content)
     assert count

@@ -63,7 +63,8 @@ def test_texts_of_the_dxf_name_every_piece_at_both_ends_and_every_rod_that_cross
     for piece in table(folder(), "pieces")["piece_id"]:
         assert texts.count(piece) == 2
     marks = table(folder(), "marks")
-    crossings = [f"{side} {other}" for side, other in zip(marks["over_under"], marks["other_rod"]) if other]
+    rows = zip(marks["over_under"], marks["other_rod"], marks["side"])
+    crossings = [f"{over} {other} {side[0].upper()}" for over, other, side in rows if other]
     assert sorted(text for text in texts if text.startswith(("over ", "under "))) == sorted(crossings)
     statement = document.header.custom_vars.get("weavecore")
     assert "weavecore 1.2.3" in statement
@@ -96,6 +97,28 @@ def horizontal_lines(page: pypdf.PageObject) -> list[float]:
         elif operator == b"l" and start is not None and float(operands[1]) == start[1]:
             lengths.append(abs(float(operands[0]) - start[0]))
     return lengths
+
+
+def test_every_code_of_a_rod_is_one_mark_and_is_on_its_template_and_in_the_sequence() -> None:
+    for sample, pattern in ((SHELL, "triangular"), ("handle", "twill")):
+        files = made(sample, pattern, ALL)
+        marks = table(files, "marks")
+        place: dict[tuple[str, str], set[str]] = {}
+        codes: dict[str, set[str]] = {}
+        columns = (marks[name] for name in ("rod_id", "code", "station", "joint_id", "piece_id"))
+        for rod, code, station, joint, piece in zip(*columns):
+            place.setdefault((rod, code), set()).add(station)
+            assert code.startswith(joint)
+            codes.setdefault(piece, set()).add(code)
+        assert all(len(stations) == 1 for stations in place.values())
+        pieces = table(files, "pieces")
+        assert {piece: set(row) for piece, row in zip(pieces["piece_id"], pieces.lists("codes"))} == codes
+        drawn = ezdxf.read(io.StringIO(files.files["templates.dxf"].decode())).modelspace().query("TEXT")
+        on_templates = [text.dxf.text.split()[0] for text in drawn if text.dxf.text.startswith("J")]
+        wanted = [code for row in pieces.lists("codes") for code in row if code.startswith("J")]
+        assert sorted(on_templates) == sorted(wanted)
+        tied = {joint for row in table(files, "sequence").lists("joints_to_tie") for joint in row}
+        assert tied == {joint for joint in marks["joint_id"] if joint.startswith("J")}
 
 
 def test_the_svg_is_as_many_millimetres_as_it_says_and_holds_all_it_draws() -> None:
@@ -178,10 +201,10 @@ def test_the_same_weave_gives_the_same_templates() -> None:
 
 DRAW = """
 import sys
-from weavecore.fabricating.template_files import encode_dxf
-from weavecore.fabricating.templates import TICKS, TemplateDrawing
-drawing = TemplateDrawing()
-drawing.line(0.0, 0.0, 1.0, 0.0, TICKS)
+from weavecore.fabricating.drawing import Drawing
+from weavecore.fabricating.drawing_files import encode_dxf
+drawing = Drawing({"TICKS": (0, 0, 0)})
+drawing.line(0.0, 0.0, 1.0, 0.0, "TICKS")
 sys.stdout.buffer.write(encode_dxf(drawing, "a statement"))
 """
 

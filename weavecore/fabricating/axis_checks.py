@@ -77,7 +77,10 @@ def _check_gaps(folder: WrittenFolder) -> CheckResult:
     for joint, rod, at in zip(marks["joint_id"], marks["rod_id"], marks.floats("station").tolist()):
         stations.setdefault((joint, rod), set()).add(at)
     # A rod that passes a joint twice has two stations there: the nearest of their pairs counts.
-    rods, places, contact, names = [], [], [], []
+    rods: list[tuple[int, int]] = []
+    places: list[tuple[float, float]] = []
+    contact: list[int] = []
+    names: list[str] = []
     for joint, order in zip(joints["joint_id"], joints.lists("order")):
         for one, other in zip(order, order[1:]):
             tried = [

@@ -12,8 +12,8 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, range_maxima
-from weavecore.geometry.splines import CurveSamples, points_at_stations
+from weavecore.geometry.arrays import Bools, Floats, Ints, range_maxima, rows_of
+from weavecore.geometry.splines import CurveSamples, points_at_stations, span_ends
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
@@ -76,10 +76,13 @@ class RodPlan:
         """(S,) the least generation that each rod touches."""
         return first_generations(self.weave.strands, self.weave.lattice)
 
-    @cached_property
-    def bending(self) -> BendingProfile:
-        """The utilisation of all rods along their length."""
-        samples = self.axes.samples(_STEP_IN_DIAMETERS * self.diameter)
+    def bending_along(self, rods: Bools) -> BendingProfile:
+        """The utilisation of some of the rods (S,) along their length."""
+        rows = self.axes.rows
+        start, _, width = span_ends(rows.parameters, rows.offsets, self.axes.closed, rows.ends)
+        is_wanted = rods[rows_of(rows.offsets)[start]]
+        # The other rods are sampled at their visits alone.
+        samples = self.axes.samples(np.where(is_wanted, _STEP_IN_DIAMETERS * self.diameter, 2 * width))
         return BendingProfile(samples, self.weave.material.least_bend * self.diameter * samples.curvatures)
 
     def visits_at_joints(self, rod: int) -> Ints:
@@ -91,7 +94,7 @@ class RodPlan:
 
 @dataclass(frozen=True, eq=False)
 class BendingProfile:
-    """The bending utilisation along all rods, point by point.
+    """The bending utilisation along rods, point by point.
 
     Parameters
     ----------

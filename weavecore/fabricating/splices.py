@@ -27,7 +27,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from weavecore.errors import Unsupported
-from weavecore.fabricating.plan import RodPlan
+from weavecore.fabricating.plan import BendingProfile, RodPlan
 from weavecore.fabricating.workshop import (
     OVERLAP,
     OVERLAP_DIAMETERS,
@@ -192,23 +192,20 @@ def cut_rods(plan: RodPlan, workshop: Workshop) -> tuple[list[Piece], list[Splic
     Unsupported
         Where the stock is too short for a rod.
     """
-    placed = _PlacedSplices(plan, workshop)
-    chosen: list[Optional[list[Candidate]]] = []
-    longest = workshop.stock - workshop.kerf
-    for rod in range(len(plan.ids)):
-        length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
-        if not closed and length <= longest:
-            chosen.append(None)
-            continue
-        chosen.append(_choose(plan, workshop, placed, rod))
-        placed.add(rod, chosen[-1] or [])
+    is_spliced = plan.axes.closed | (plan.axes.lengths > workshop.stock - workshop.kerf)
+    placed = _PlacedSplices(plan, workshop, plan.bending_along(is_spliced))
+    chosen: dict[int, list[Candidate]] = {}
+    for rod in np.flatnonzero(is_spliced).tolist():
+        chosen[rod] = _choose(plan, workshop, placed, rod)
+        placed.add(rod, chosen[rod])
     nearest = iter(placed.nearest().tolist())
     pieces: list[Piece] = []
     splices: list[Splice] = []
-    for rod, places in enumerate(chosen):
+    for rod in range(len(plan.ids)):
         length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
         own = [
-            _splice(plan, workshop.splice, rod, k, one, next(nearest)) for k, one in enumerate(places or [], start=1)
+            _splice(plan, workshop.splice, rod, k, one, next(nearest))
+            for k, one in enumerate(chosen.get(rod, []), start=1)
         ]
         splices += own
         pieces += _pieces_between(plan.ids[rod], rod, own, length, closed)
@@ -218,8 +215,8 @@ def cut_rods(plan: RodPlan, workshop: Workshop) -> tuple[list[Piece], list[Splic
 def _choose(plan: RodPlan, workshop: Workshop, placed: _PlacedSplices, rod: int) -> list[Candidate]:
     """The splices of one rod."""
     length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
-    for candidates in (_candidates_between_joints(plan, workshop, rod), _even_candidates(plan, workshop, rod)):
-        rated = placed.rate(rod, candidates)
+    for find in (_candidates_between_joints, _even_candidates):
+        rated = placed.rate(rod, find(plan, workshop, placed.bending, rod))
         chosen = choose_splices(rated, length, closed=closed, longest=workshop.stock - workshop.kerf)
         if chosen is not None:
             return chosen
@@ -276,7 +273,7 @@ def _on_rod(centres: Floats, half: Floats, length: float, closed: bool) -> tuple
     return centres[fits], half[fits]
 
 
-def _candidates_between_joints(plan: RodPlan, workshop: Workshop, rod: int) -> list[Candidate]:
+def _candidates_between_joints(plan: RodPlan, workshop: Workshop, bending: BendingProfile, rod: int) -> list[Candidate]:
     """Candidates in the middles between neighbouring joints, by station."""
     stations = np.unique(plan.axes.stations[plan.visits_at_joints(rod)])
     if len(stations) < 2:
@@ -288,26 +285,28 @@ def _candidates_between_joints(plan: RodPlan, workshop: Workshop, rod: int) -> l
         kind=workshop.splice,
         diameter=plan.diameter,
     )
-    return _candidates(plan, workshop, rod, *places)
+    return _candidates(plan, workshop, bending, rod, *places)
 
 
-def _even_candidates(plan: RodPlan, workshop: Workshop, rod: int) -> list[Candidate]:
+def _even_candidates(plan: RodPlan, workshop: Workshop, bending: BendingProfile, rod: int) -> list[Candidate]:
     """Candidates at equal distances, for rods whose joints leave no choice."""
     length = float(plan.axes.lengths[rod])
     n = int(min(np.ceil(_CANDIDATES_PER_BAR * length / workshop.stock), _MOST_CANDIDATES)) + 2
     stations = np.linspace(0.0, length, n + 2)[1:-1]
     diameters = OVERLAP_DIAMETERS if workshop.splice == OVERLAP else SLEEVE_DIAMETERS
     half = np.full(n, diameters / 2 * plan.diameter)
-    return _candidates(plan, workshop, rod, *_on_rod(stations, half, length, bool(plan.axes.closed[rod])))
+    return _candidates(plan, workshop, bending, rod, *_on_rod(stations, half, length, bool(plan.axes.closed[rod])))
 
 
-def _candidates(plan: RodPlan, workshop: Workshop, rod: int, centres: Floats, half: Floats) -> list[Candidate]:
+def _candidates(
+    plan: RodPlan, workshop: Workshop, bending: BendingProfile, rod: int, centres: Floats, half: Floats
+) -> list[Candidate]:
     """Candidates at stations (n,), reaching ``half`` (n,) to both sides."""
     length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
     is_overlap = workshop.splice == OVERLAP
     joints = np.sort(plan.axes.stations[plan.visits_at_joints(rod)])
     crossings = _joints_between(joints, length, closed, centres - half, centres + half)
-    bending = plan.bending.greatest(rod, centres - half, centres + half, around=length if closed else None)
+    bent = bending.greatest(rod, centres - half, centres + half, around=length if closed else None)
     return [
         Candidate(
             centre=c,
@@ -318,7 +317,7 @@ def _candidates(plan: RodPlan, workshop: Workshop, rod: int, centres: Floats, ha
             n_crossings=n,
             utilisation=utilisation,
         )
-        for c, h, n, utilisation in zip(centres.tolist(), half.tolist(), crossings.tolist(), bending.tolist())
+        for c, h, n, utilisation in zip(centres.tolist(), half.tolist(), crossings.tolist(), bent.tolist())
     ]
 
 
@@ -345,7 +344,8 @@ def nearest_of_others(points: Floats, owners: Ints) -> Floats:
 class _PlacedSplices:
     """The splices of the rods that have been cut, from which those of the next rods keep away."""
 
-    def __init__(self, plan: RodPlan, workshop: Workshop) -> None:
+    def __init__(self, plan: RodPlan, workshop: Workshop, bending: BendingProfile) -> None:
+        self.bending = bending
         self._plan = plan
         self._workshop = workshop
         self._points = np.zeros((0, 3))
@@ -357,9 +357,9 @@ class _PlacedSplices:
         if not candidates:
             return []
         at = self._centres(rod, candidates)
-        nearest = np.full(len(at), np.inf)
+        nearest: Floats = np.full(len(at), np.inf)
         if len(self._points):
-            nearest = cKDTree(self._points).query(at)[0]
+            nearest = np.asarray(cKDTree(self._points).query(at)[0], np.float64)
         wanted = 2 if self._workshop.splice == OVERLAP else 0
         rated = []
         for one, gap in zip(candidates, nearest.tolist()):
@@ -386,7 +386,7 @@ class _PlacedSplices:
         """(n, 3) the middles of the candidates in space."""
         length = float(self._plan.axes.lengths[rod])
         centres = np.array([one.centre for one in candidates])
-        return self._plan.bending.points(rod, centres % length if self._plan.axes.closed[rod] else centres)
+        return self.bending.points(rod, centres % length if self._plan.axes.closed[rod] else centres)
 
 
 def choose_splices(

@@ -114,7 +114,10 @@ def _rods_table(plan: RodPlan) -> Table:
 def _pieces_table(plan: RodPlan, cut_list: CutList) -> Table:
     """One row a piece."""
     stock = {piece.id: bar.id for bar in cut_list.bars for piece in bar.pieces}
-    columns = "piece_id,rod_id,seq,from,to,cut_length,splice_start,splice_end,stock_id"
+    codes: dict[str, list[str]] = {piece.id: [] for piece in cut_list.pieces}
+    for mark in cut_list.marks:
+        codes[mark.piece.id].append(mark.code)
+    columns = "piece_id,rod_id,seq,from,to,cut_length,splice_start,splice_end,stock_id,codes"
     rows = [
         (
             piece.id,
@@ -126,6 +129,7 @@ def _pieces_table(plan: RodPlan, cut_list: CutList) -> Table:
             piece.splice_start.id if piece.splice_start else "",
             piece.splice_end.id if piece.splice_end else "",
             stock[piece.id],
+            listed(codes[piece.id]),
         )
         for piece in cut_list.pieces
     ]
@@ -161,11 +165,11 @@ def _nesting_table(bars: Sequence[Bar]) -> Table:
 
 def _marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
     """One row for each other rod at each mark; one without another rod where a piece passes a node alone."""
-    columns = "piece_id,no,station,other_rod,other_station,joint_id,over_under,side,from_start,rod_id"
+    columns = "piece_id,no,station,other_rod,other_station,joint_id,over_under,side,from_start,rod_id,code"
     rows: list[tuple[object, ...]] = []
     for mark in marks:
         joint = joint_name(mark.node, mark.joint, len(plan.nodes))
-        head, tail = (mark.piece.id, mark.number, mm(mark.station)), (mm(mark.at), plan.ids[mark.piece.rod])
+        head, tail = (mark.piece.id, mark.number, mm(mark.station)), (mm(mark.at), plan.ids[mark.piece.rod], mark.code)
         for other in mark.crossings:
             side = OVER if other.is_over else UNDER
             rows.append((*head, plan.ids[other.rod], mm(other.station), joint, side, other.side, *tail))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Callable, Optional
 
 from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.drawing_files import encode_dxf, encode_pdf, encode_svg, import_optional
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.folder_report import check_files, encode_report, summarize_checks
 from weavecore.fabricating.marks import mark_pieces
@@ -20,8 +21,7 @@ from weavecore.fabricating.nesting import nest_pieces
 from weavecore.fabricating.plan import RodPlan, plan_rods
 from weavecore.fabricating.splices import cut_rods
 from weavecore.fabricating.tables import CutList, build_tables
-from weavecore.fabricating.template_files import encode_dxf, encode_pdf, encode_svg, import_optional
-from weavecore.fabricating.templates import draw_pages, draw_roll, moved_to_origin, strips_of
+from weavecore.fabricating.templates import draw_pages, draw_roll, strips_of
 from weavecore.fabricating.ties import find_ties
 from weavecore.fabricating.workshop import DXF, PDF, SVG, TEMPLATES, Workshop
 from weavecore.model import BuildSequence, Weave
@@ -134,17 +134,13 @@ def _templates(plan: RodPlan, cut_list: CutList, workshop: Workshop, source: Sou
     files = {}
     strips = strips_of(cut_list.pieces, cut_list.marks)
     statement = source.line("templates").replace("table ", "1:1 ")
-    if DXF in workshop.templates or SVG in workshop.templates:
-        roll = draw_roll(plan, strips, statement)
-        if DXF in workshop.templates:
-            files["templates.dxf"] = encode_dxf(roll.drawing, statement)
-        if SVG in workshop.templates:
-            corner = moved_to_origin(roll)
-            files["templates.svg"] = encode_svg(corner.drawing, corner.width, corner.height, statement)
+    if DXF in workshop.templates:
+        files["templates.dxf"] = encode_dxf(draw_roll(plan, strips, statement, from_corner=False), statement)
+    if SVG in workshop.templates:
+        files["templates.svg"] = encode_svg(draw_roll(plan, strips, statement, from_corner=True), statement)
     if PDF in workshop.templates:
         pages = draw_pages(plan, strips, statement, workshop.paper)
-        width, height = pages[0].width, pages[0].height
-        files["templates.pdf"] = encode_pdf([page.drawing for page in pages], width, height, statement)
+        files["templates.pdf"] = encode_pdf(pages, "templates", statement)
     return files
 
 

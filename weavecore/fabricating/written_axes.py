@@ -132,12 +132,12 @@ class WrittenAxes:
         rod = rows_of(self.offsets)[a]
         rising = self.is_rising[rod]
         width = np.where(rising, width, 1.0)
-        speeds = [
-            weight * np.linalg.norm(self._hermite(a, width, np.full(len(a), (1 + x) / 2))[1], axis=1)
-            for x, weight in zip(*_GAUSS)
-        ]
-        part = np.where(rising, np.sum(speeds, axis=0) * width / 2, chord)
-        total: Floats = np.bincount(rod, part, minlength=len(self.ids))
+        speed = np.zeros(len(a))
+        for x, weight in zip(*_GAUSS):
+            slope = self._hermite(a, width, np.full(len(a), (1 + x) / 2))[1]
+            speed += weight * np.sqrt(dots(slope, slope))
+        part = np.where(rising, speed * width / 2, chord)
+        total: Floats = np.bincount(rod, part, minlength=len(self.ids)).astype(np.float64)
         return total
 
     def _hermite(self, span: Ints, width: Floats, t: Floats) -> tuple[Floats, Floats]:
