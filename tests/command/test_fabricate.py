@@ -24,6 +24,11 @@ Run = Callable[..., Any]
 FILES = {
     *(f"{name}.csv" for name in ("rods", "pieces", "splices", "nesting", "marks", "joints", "axes", "clashes")),
     "sequence.csv",
+    "machine.csv",
+    "drawings.dxf",
+    "drawings.svg",
+    "drawings.pdf",
+    "labels.pdf",
     "bom.csv",
     "report.csv",
     "report.txt",

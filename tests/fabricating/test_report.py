@@ -109,6 +109,15 @@ def move_joint(rows: Rows) -> None:
     rows[last][k], rows[1][k] = " ".join(names[1:]), names[0]
 
 
+def pile_up(rows: Rows) -> None:
+    """All joints are tied in the last step."""
+    k = rows[0].index("joints_to_tie")
+    joints = [joint for row in rows[1:] for joint in row[k].split()]
+    for row in rows[1:]:
+        row[k] = ""
+    rows[-1][k] = " ".join(joints)
+
+
 def forget_last_mark(rows: Rows) -> None:
     """The last tick of the last piece has no row."""
     piece, number = rows[0].index("piece_id"), rows[0].index("no")
@@ -153,11 +162,17 @@ BREAKS = [
     ("rods", put(1, "diameter", "8.000"), "rods_that_clash"),
     ("rods", put(1, "diameter", "8.000"), "clash_not_listed"),
     ("clashes", lambda rows: rows.append(["L01", "A01", "0.3", "0", "0", "0"]), "clash_distance_off_diameters"),
-    ("sequence", put(2, "rod", "A01"), "rod_not_set_once"),
-    ("sequence", put(2, "after", "50"), "rod_set_before_what_it_needs"),
+    ("sequence", put(2, "piece", "A01"), "piece_not_set_once"),
+    ("sequence", add(2, "to", -5.0), "piece_not_set_once"),
+    ("sequence", put(2, "after", "50"), "piece_set_before_what_it_needs"),
     ("rods", put(1, "generation", "7"), "ring_set_before_its_parents"),
     ("sequence", put(3, "joints_to_tie", "J0001 J0001"), "joint_not_tied_once"),
     ("sequence", move_joint, "joint_tied_before_its_rods_are_set"),
+    ("sequence", put(2, "ties", "99"), "step_ties_off"),
+    ("sequence", pile_up, "step_ties"),
+    ("machine", add(3, "millimetres", 0.01), "machine_row_off_its_mark"),
+    ("machine", put(3, "code", "J9999"), "machine_row_off_its_mark"),
+    ("machine", lambda rows: rows.pop(), "machine_row_off_its_mark"),
     ("marks", forget_last_mark, "dxf_tick_off_its_mark_mm"),
     ("marks", add(4, "from_start", 0.02), "svg_tick_off_its_mark_mm"),
     ("bom", add(1, "stock_count", 1), "bom_bars_off"),

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from xml.etree import ElementTree as ET
 
 import ezdxf
@@ -151,6 +152,42 @@ def test_the_pdf_has_every_piece_on_pages_of_the_paper() -> None:
     assert reader.viewer_preferences.print_scaling == "/None"
 
 
+def test_every_piece_has_a_label_for_each_end_with_its_cut_its_bar_and_its_step() -> None:
+    reader = pypdf.PdfReader(io.BytesIO(folder().files["labels.pdf"]))
+    text = "\n".join(page.extract_text() for page in reader.pages).splitlines()
+    pieces, sequence = table(folder(), "pieces"), table(folder(), "sequence")
+    # Names on one base line are read as one line.
+    names = [line.split() for line in text if set(line.split()) <= set(pieces["piece_id"])]
+    assert Counter(name for row in names for name in row) == dict.fromkeys(pieces["piece_id"], 2)
+    step: dict[str, str] = {}
+    for piece, number in zip(sequence["piece"], sequence["step"]):
+        step.setdefault(piece, number)
+    whole = " ".join(text)
+    for piece, bar, cut in zip(pieces["piece_id"], pieces["stock_id"], pieces.floats("cut_length").tolist()):
+        assert f"bar {bar}, step {step[piece]}" in whole
+        assert any(f"cut {cut + shift:.1f} mm" in whole for shift in (0.0, -1e-3, 1e-3))
+
+
+def test_drawings_show_plan_and_elevations_to_scale_and_every_step() -> None:
+    weave = woven_sample(SHELL, "triangular")
+    document = ezdxf.read(io.StringIO(folder().files["drawings.dxf"].decode()))
+    assert not document.audit().errors
+    space = document.modelspace()
+    rods = [one for one in space.query("LWPOLYLINE") if one.dxf.layer.startswith("RODS-")]
+    assert len(rods) == 3 * len(weave)
+    plan = np.array([point for one in rods[: len(weave)] for point in one.get_points("xy")])
+    assert np.allclose(np.ptp(plan, axis=0), np.ptp(weave.axes.points, axis=0)[:2], atol=25.0)
+    steps = table(folder(), "sequence")["step"]
+    assert len(space.query('LWPOLYLINE[layer=="SET"]')) == len(steps)
+    titles = [text.dxf.text.split()[0] for text in space.query("TEXT") if text.dxf.text.split()[0].isdigit()]
+    assert set(steps) <= set(titles)
+    pages = pypdf.PdfReader(io.BytesIO(folder().files["drawings.pdf"])).pages
+    assert len(pages) == 2 + -(-len(steps) // 12)
+    root = ET.fromstring(folder().files["drawings.svg"])
+    drawn = [one for group in root.iter(f"{SVG}g") if group.get("id") == "SET" for one in group.iter(f"{SVG}polyline")]
+    assert len(drawn) == len(steps)
+
+
 def test_sections_on_the_pages_have_every_mark_once() -> None:
     plan = plan_rods(woven_sample(SHELL, "triangular"), 1.0)
     pieces, _ = cut_rods(plan, ALL)
@@ -180,7 +217,7 @@ def test_labels_with_room_stand_at_their_ticks() -> None:
 
 def test_only_the_templates_that_are_asked_for_are_drawn() -> None:
     files = make(woven_tube("quad"), Workshop(templates=("svg",))).files
-    assert [name for name in files if name.startswith("templates")] == ["templates.svg"]
+    assert [name for name in files if not name.endswith((".csv", ".txt"))] == ["templates.svg", "drawings.svg"]
 
 
 @pytest.mark.parametrize(("library", "template"), [("ezdxf", "dxf"), ("reportlab", "pdf")])

@@ -18,10 +18,10 @@ LEFT, MIDDLE, RIGHT = "left", "middle", "right"
 THIN, BOLD = 0.18, 0.35
 """Line widths in millimetres (ISO 128)."""
 
-TEXT_HEIGHT = 2.6
+TEXT_HEIGHT = 2.3
 """Height in millimetres of the capitals of texts that are read close by."""
 
-LINE_STEP = 3.6
+LINE_STEP = 3.3
 """Distance of base lines of such texts, in millimetres."""
 
 Colour = tuple[int, int, int]

@@ -11,9 +11,10 @@ from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.joint_checks import check_joints
 from weavecore.fabricating.rod_checks import check_rods
 from weavecore.fabricating.splice_checks import check_splices
+from weavecore.fabricating.step_checks import check_steps
 from weavecore.fabricating.template_checks import check_templates
 
-_CHECKS = (check_rods, check_splices, check_joints, check_axes, check_templates)
+_CHECKS = (check_rods, check_splices, check_joints, check_axes, check_steps, check_templates)
 
 _REASON_WIDTH = 70
 """Characters of a line of a reason in report.txt."""

@@ -1,4 +1,4 @@
-"""What the report checks of marks, nodes, the order at joints and the sequence.
+"""What the report checks of marks, nodes and the order at joints.
 
 A node is rebuilt from the marks and the axes alone.  At a node each rod lies its ``layer_offset`` h out of the surface
 along one normal, p = node + h · n; with the means over the rods of the joint,
@@ -48,13 +48,13 @@ _Passes = list[tuple[float, str, int]]
 
 
 def check_joints(folder: WrittenFolder) -> Iterator[CheckResult]:
-    """Check marks, nodes, the order at joints and along rods, and the sequence.
+    """Check marks, nodes, and the order at joints and along rods.
 
     Parameters
     ----------
     folder : WrittenFolder
     """
-    for check in (_check_marks, _check_nodes, _check_over_under, _check_conflicts, _check_sequence):
+    for check in (_check_marks, _check_nodes, _check_over_under, _check_conflicts):
         yield from check(folder)
 
 
@@ -226,34 +226,3 @@ def _side(sides: list[str]) -> int:
 
 def _names(rows: Counter[tuple[str, str]]) -> tuple[str, ...]:
     return tuple(sorted(f"{rod}@{joint}" for rod, joint in rows.elements()))
-
-
-def _check_sequence(folder: WrittenFolder) -> Iterator[CheckResult]:
-    """Each rod is set once and after those it needs; each joint is tied once, when all its rods are set."""
-    sequence, rods, joints = (folder.table(name) for name in ("sequence", "rods", "joints"))
-    steps = [int(step) for step in sequence["step"]]
-    step_of = dict(zip(sequence["rod"], steps))
-    times = Counter(sequence["rod"])
-    yield count_of(
-        "rod_not_set_once", [rod for rod in {*times, *rods["rod_id"]} if times[rod] != 1 or rod not in rods["rod_id"]]
-    )
-    early = [
-        rod
-        for rod, step, row in zip(sequence["rod"], steps, sequence.lists("after"))
-        if any(int(s) >= step for s in row)
-    ]
-    yield count_of("rod_set_before_what_it_needs", early)
-    generation = dict(zip(rods["rod_id"], map(int, rods["generation"])))
-    rings = [rod for rod, action in zip(sequence["rod"], sequence["action"]) if action.startswith("set ")]
-    falls = [b for a, b in zip(rings, rings[1:]) if generation.get(b, 0) < generation.get(a, 0)]
-    yield count_of("ring_set_before_its_parents", falls)
-    tied = [(joint, step) for step, row in zip(steps, sequence.lists("joints_to_tie")) for joint in row]
-    tie_times = Counter(joint for joint, _ in tied)
-    yield count_of("joint_not_tied_once", [j for j in {*tie_times, *joints["joint_id"]} if tie_times[j] != 1])
-    set_in = {
-        j: max((step_of.get(rod, 0) for rod in row), default=0)
-        for j, row in zip(joints["joint_id"], joints.lists("rods"))
-    }
-    yield count_of(
-        "joint_tied_before_its_rods_are_set", [joint for joint, step in tied if set_in.get(joint, step + 1) > step]
-    )

@@ -40,13 +40,13 @@ pieces, splices, and the scale bar with the statement."""
 
 _SIDES = {sides.LEFT: "L", sides.RIGHT: "R"}
 
-ROW = 60.0
-"""Height of a piece with its texts, in millimetres: ``under A123 R`` above, ``J0123 1234.5`` below."""
+ROW = 53.0
+"""Height of a piece with its texts, in millimetres: ``under A123 R`` above, ``J0123 1234.5`` below; 5 fit on A3."""
 
 SCALE_BAR = 100.0
 """Length of the scale bar in millimetres."""
 
-_TICK, _SHORT_TICK, _LEADER = 4.0, 2.0, 2.5
+_TICK, _SHORT_TICK, _LEADER = 3.0, 1.5, 2.0
 """Half the height of a tick, and of one without a crossing; height of the line from a tick to its label."""
 
 _NAME_HEIGHT = 4.2
@@ -269,7 +269,7 @@ def _draw_ticks(drawing: Drawing, plan: RodPlan, strip: TemplateStrip, shift: fl
             drawing.text(
                 first + k * LINE_STEP, above + 0.8, text, TEXT_HEIGHT, LABELS, is_turned=True, bold=other.is_over
             )
-        at = f"{mark.code}  {mark.at:.1f}"
+        at = f"{mark.code} {mark.at:.1f}"
         drawing.text(place + TEXT_HEIGHT / 2 - 0.2, below - 0.8, at, TEXT_HEIGHT, LABELS, is_turned=True, anchor=RIGHT)
 
 
