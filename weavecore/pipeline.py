@@ -57,6 +57,7 @@ from weavecore.viewing.summary import (
     describe_surface,
     describe_weave,
 )
+from weavecore.weaving.overhangs import with_overhangs
 from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice
@@ -462,6 +463,7 @@ def fabricate(
     workshop: Optional[Workshop] = None,
     simulation: Union[Equilibrium, PathLike, None] = None,
     tie_strength: float = DEFAULT_TIE.strength,
+    overhang: Optional[float] = None,
     unit: Optional[str] = None,
     overwrite: bool = False,
     progress: Optional[Progress] = None,
@@ -482,6 +484,8 @@ def fabricate(
         The same weave at rest, where ``result`` is not.
     tie_strength : float
         What a cable tie carries, in N.
+    overhang : float, optional
+        How far rods run past their outermost ties, in millimetres; without it as far as the weave has them run.
     unit : str, optional
         Unit of the result where it says none: ``"mm"``, ``"m"``, ``"in"``…
     overwrite : bool
@@ -513,6 +517,8 @@ def fabricate(
     at_rest = _simulation_of(weave, value if simulation is None else simulation)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
     source = Source.of(weave, content)
+    if overhang is not None:
+        weave = with_overhangs(weave, overhang / scale)
     made = fabricate_weave(
         weave,
         find_sequence(weave),

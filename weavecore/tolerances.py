@@ -26,3 +26,6 @@ nearer to its ends; so it leaves no slivers."""
 
 LEAST_CUT_OFF = 0.02
 """Of the surface's area: a closed surface that is cut by itself loses no piece smaller than this."""
+
+CLASH = 0.02
+"""Of a rod's diameter: axes of two rods that are nearer than a diameter by more than this clash."""

@@ -16,6 +16,7 @@ from weavecore.fabricating.nesting import least_bars, nest_pieces
 from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.splices import Candidate, Piece, choose_splices, cut_rods
 from weavecore.fabricating.workshop import Workshop
+from weavecore.weaving.overhangs import with_overhangs
 from woven_rods import woven_sample, woven_tube
 
 SHORT = Workshop(stock=1000.0, templates=())
@@ -33,16 +34,16 @@ def centres(found: list[Candidate] | None) -> list[float]:
 
 def test_a_long_rod_takes_the_fewest_pieces_and_of_those_the_best() -> None:
     places = row([200.0, 400.0, 500.0, 600.0, 800.0], 20.0, [0.0, 5.0, 1.0, 3.0, 0.0])
-    assert centres(choose_splices(places, 1000.0, closed=False, longest=700.0, overhang=0.0)) == [500.0]
-    assert centres(choose_splices(places, 1000.0, closed=False, longest=2000.0, overhang=0.0)) == []
-    assert centres(choose_splices(places, 1000.0, closed=False, longest=450.0, overhang=0.0)) == [200.0, 600.0]
-    assert choose_splices(places, 1000.0, closed=False, longest=210.0, overhang=0.0) is None
+    assert centres(choose_splices(places, 1000.0, closed=False, longest=700.0)) == [500.0]
+    assert centres(choose_splices(places, 1000.0, closed=False, longest=2000.0)) == []
+    assert centres(choose_splices(places, 1000.0, closed=False, longest=450.0)) == [200.0, 600.0]
+    assert choose_splices(places, 1000.0, closed=False, longest=210.0) is None
 
 
 def test_a_ring_is_spliced_at_the_best_places_around() -> None:
     places = row([100.0, 300.0, 500.0, 700.0, 900.0], 20.0, [9.0, 9.0, 1.0, 9.0, 2.0])
-    assert centres(choose_splices(places, 1000.0, closed=True, longest=1100.0, overhang=0.0)) == [500.0]
-    two = choose_splices(places, 1000.0, closed=True, longest=700.0, overhang=0.0)
+    assert centres(choose_splices(places, 1000.0, closed=True, longest=1100.0)) == [500.0]
+    two = choose_splices(places, 1000.0, closed=True, longest=700.0)
     assert sorted(c % 1000.0 for c in centres(two)) == [500.0, 900.0]
 
 
@@ -115,20 +116,44 @@ def test_sleeves_lie_between_crossings() -> None:
     assert table(made(SHELL, "triangular", SLEEVES), "bom")["sleeves"] == [str(len(splices))]
 
 
-def test_free_ends_stand_out_by_the_overhang() -> None:
-    folder = made(SHELL, "triangular", Workshop(overhang=30.0, templates=()))
-    pieces, rods = table(folder, "pieces"), table(folder, "rods")
-    length = dict(zip(rods["rod_id"], rods.floats("length").tolist()))
-    for rod, low, high, a, b in zip(
-        pieces["rod_id"],
-        pieces.floats("from").tolist(),
-        pieces.floats("to").tolist(),
-        pieces["splice_start"],
-        pieces["splice_end"],
-    ):
-        assert a or low == -30.0
-        assert b or high == pytest.approx(length[rod] + 30.0, abs=0.002)
-    assert not {f.invariant for f in folder.failed} & {"rod_not_covered_by_pieces_mm", "mark_off_its_station_mm"}
+def test_free_ends_run_past_their_last_tie_in_every_table() -> None:
+    weave = woven_sample(SHELL, "triangular")
+    folder = make(with_overhangs(weave, 30.0))
+    pieces, marks = table(folder, "pieces"), table(folder, "marks")
+    rods, axes = table(folder, "rods"), table(folder, "axes")
+    length, closed = (
+        dict(zip(rods["rod_id"], rods.floats("length").tolist())),
+        dict(zip(rods["rod_id"], rods["closed"])),
+    )
+    station = marks.floats("station")
+    axis_station = axes.floats("station")
+    for rod in [rod for rod in rods["rod_id"] if closed[rod] == "no"]:
+        ties = station[[k for k, name in enumerate(marks["rod_id"]) if name == rod]]
+        assert ties.min() == pytest.approx(30.0, abs=0.002)
+        assert length[rod] - ties.max() == pytest.approx(30.0, abs=0.002)
+        rows = [k for k, name in enumerate(axes["rod_id"]) if name == rod]
+        assert (axis_station[rows].min(), axis_station[rows].max()) == pytest.approx((0.0, length[rod]), abs=0.002)
+    ends = dict.fromkeys(length, 0.0)
+    for rod, high in zip(pieces["rod_id"], pieces.floats("to").tolist()):
+        ends[rod] = max(ends[rod], high)
+    assert all(ends[rod] == pytest.approx(length[rod], abs=0.002) for rod in ends if closed[rod] == "no")
+    assert {finding.invariant for finding in folder.failed} <= {"rods_that_clash"}
+
+
+def test_every_open_rod_runs_ten_diameters_past_its_ties_where_there_is_room() -> None:
+    folder = made(SHELL)
+    rods, marks = table(folder, "rods"), table(folder, "marks")
+    first: dict[str, float] = {}
+    for rod, station, other in zip(marks["rod_id"], marks.floats("station").tolist(), marks["other_rod"]):
+        if other:
+            first[rod] = min(first.get(rod, station), station)
+    reaches = [
+        first[rod] / diameter
+        for rod, diameter, closed in zip(rods["rod_id"], rods.floats("diameter").tolist(), rods["closed"])
+        if closed == "no"
+    ]
+    assert min(reaches) >= 5.0
+    assert np.mean(np.array(reaches) >= 9.99) > 0.9
 
 
 def test_stock_that_is_too_short_is_refused_with_the_rod() -> None:
@@ -144,7 +169,6 @@ def test_stock_that_is_too_short_is_refused_with_the_rod() -> None:
         {"stock": 0.0},
         {"stock": float("nan")},
         {"splice": "glue"},
-        {"overhang": -1.0},
         {"paper": "A7"},
         {"templates": ("dwg",)},
     ],

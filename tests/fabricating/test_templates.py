@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from xml.etree import ElementTree as ET
 
 import ezdxf
@@ -63,7 +64,8 @@ def test_texts_of_the_dxf_name_every_piece_at_both_ends_and_every_rod_that_cross
     for piece in table(folder(), "pieces")["piece_id"]:
         assert texts.count(piece) == 2
     marks = table(folder(), "marks")
-    crossings = [f"{side} {other}" for side, other in zip(marks["over_under"], marks["other_rod"]) if other]
+    rows = zip(marks["over_under"], marks["other_rod"], marks["side"])
+    crossings = [f"{over} {other} {side[0].upper()}" for over, other, side in rows if other]
     assert sorted(text for text in texts if text.startswith(("over ", "under "))) == sorted(crossings)
     statement = document.header.custom_vars.get("weavecore")
     assert "weavecore 1.2.3" in statement
@@ -98,6 +100,28 @@ def horizontal_lines(page: pypdf.PageObject) -> list[float]:
     return lengths
 
 
+def test_every_code_of_a_rod_is_one_mark_and_is_on_its_template_and_in_the_sequence() -> None:
+    for sample, pattern in ((SHELL, "triangular"), ("handle", "twill")):
+        files = made(sample, pattern, ALL)
+        marks = table(files, "marks")
+        place: dict[tuple[str, str], set[str]] = {}
+        codes: dict[str, set[str]] = {}
+        columns = (marks[name] for name in ("rod_id", "code", "station", "joint_id", "piece_id"))
+        for rod, code, station, joint, piece in zip(*columns):
+            place.setdefault((rod, code), set()).add(station)
+            assert code.startswith(joint)
+            codes.setdefault(piece, set()).add(code)
+        assert all(len(stations) == 1 for stations in place.values())
+        pieces = table(files, "pieces")
+        assert {piece: set(row) for piece, row in zip(pieces["piece_id"], pieces.lists("codes"))} == codes
+        drawn = ezdxf.read(io.StringIO(files.files["templates.dxf"].decode())).modelspace().query("TEXT")
+        on_templates = [text.dxf.text.split()[0] for text in drawn if text.dxf.text.startswith("J")]
+        wanted = [code for row in pieces.lists("codes") for code in row if code.startswith("J")]
+        assert sorted(on_templates) == sorted(wanted)
+        tied = {joint for row in table(files, "sequence").lists("joints_to_tie") for joint in row}
+        assert tied == {joint for joint in marks["joint_id"] if joint.startswith("J")}
+
+
 def test_the_svg_is_as_many_millimetres_as_it_says_and_holds_all_it_draws() -> None:
     root = ET.fromstring(folder().files["templates.svg"])
     _, _, width, height = (float(part) for part in root.get("viewBox", "").split())
@@ -126,6 +150,42 @@ def test_the_pdf_has_every_piece_on_pages_of_the_paper() -> None:
         assert np.abs(cuts - length).min() <= 0.051
     assert "input sha256" in str(reader.metadata.subject)
     assert reader.viewer_preferences.print_scaling == "/None"
+
+
+def test_every_piece_has_a_label_for_each_end_with_its_cut_its_bar_and_its_step() -> None:
+    reader = pypdf.PdfReader(io.BytesIO(folder().files["labels.pdf"]))
+    text = "\n".join(page.extract_text() for page in reader.pages).splitlines()
+    pieces, sequence = table(folder(), "pieces"), table(folder(), "sequence")
+    # Names on one base line are read as one line.
+    names = [line.split() for line in text if set(line.split()) <= set(pieces["piece_id"])]
+    assert Counter(name for row in names for name in row) == dict.fromkeys(pieces["piece_id"], 2)
+    step: dict[str, str] = {}
+    for piece, number in zip(sequence["piece"], sequence["step"]):
+        step.setdefault(piece, number)
+    whole = " ".join(text)
+    for piece, bar, cut in zip(pieces["piece_id"], pieces["stock_id"], pieces.floats("cut_length").tolist()):
+        assert f"bar {bar}, step {step[piece]}" in whole
+        assert any(f"cut {cut + shift:.1f} mm" in whole for shift in (0.0, -1e-3, 1e-3))
+
+
+def test_drawings_show_plan_and_elevations_to_scale_and_every_step() -> None:
+    weave = woven_sample(SHELL, "triangular")
+    document = ezdxf.read(io.StringIO(folder().files["drawings.dxf"].decode()))
+    assert not document.audit().errors
+    space = document.modelspace()
+    rods = [one for one in space.query("LWPOLYLINE") if one.dxf.layer.startswith("RODS-")]
+    assert len(rods) == 3 * len(weave)
+    plan = np.array([point for one in rods[: len(weave)] for point in one.get_points("xy")])
+    assert np.allclose(np.ptp(plan, axis=0), np.ptp(weave.axes.points, axis=0)[:2], atol=25.0)
+    steps = table(folder(), "sequence")["step"]
+    assert len(space.query('LWPOLYLINE[layer=="SET"]')) == len(steps)
+    titles = [text.dxf.text.split()[0] for text in space.query("TEXT") if text.dxf.text.split()[0].isdigit()]
+    assert set(steps) <= set(titles)
+    pages = pypdf.PdfReader(io.BytesIO(folder().files["drawings.pdf"])).pages
+    assert len(pages) == 2 + -(-len(steps) // 12)
+    root = ET.fromstring(folder().files["drawings.svg"])
+    drawn = [one for group in root.iter(f"{SVG}g") if group.get("id") == "SET" for one in group.iter(f"{SVG}polyline")]
+    assert len(drawn) == len(steps)
 
 
 def test_sections_on_the_pages_have_every_mark_once() -> None:
@@ -157,7 +217,7 @@ def test_labels_with_room_stand_at_their_ticks() -> None:
 
 def test_only_the_templates_that_are_asked_for_are_drawn() -> None:
     files = make(woven_tube("quad"), Workshop(templates=("svg",))).files
-    assert [name for name in files if name.startswith("templates")] == ["templates.svg"]
+    assert [name for name in files if not name.endswith((".csv", ".txt"))] == ["templates.svg", "drawings.svg"]
 
 
 @pytest.mark.parametrize(("library", "template"), [("ezdxf", "dxf"), ("reportlab", "pdf")])
@@ -178,10 +238,10 @@ def test_the_same_weave_gives_the_same_templates() -> None:
 
 DRAW = """
 import sys
-from weavecore.fabricating.template_files import encode_dxf
-from weavecore.fabricating.templates import TICKS, TemplateDrawing
-drawing = TemplateDrawing()
-drawing.line(0.0, 0.0, 1.0, 0.0, TICKS)
+from weavecore.fabricating.drawing import Drawing
+from weavecore.fabricating.drawing_files import encode_dxf
+drawing = Drawing({"TICKS": (0, 0, 0)})
+drawing.line(0.0, 0.0, 1.0, 0.0, "TICKS")
 sys.stdout.buffer.write(encode_dxf(drawing, "a statement"))
 """
 

@@ -58,7 +58,7 @@ def fabricate(
         typer.Option(
             parser=length,
             metavar="LENGTH",
-            help="Extra length at free ends, which reach ten diameters beyond their last joint by default.",
+            help="How far rods run past their outermost ties: by default ten diameters where there is room.",
         ),
     ] = None,
     kerf: Annotated[
@@ -102,7 +102,6 @@ def fabricate(
         workshop = pipeline.Workshop(
             stock=stock.in_unit(_MM),
             splice=splice.lower(),
-            overhang=overhang.in_unit(_MM) if overhang else 0.0,
             kerf=kerf.in_unit(_MM) if kerf else 0.0,
             templates=_kinds(templates),
             paper=paper.upper(),
@@ -113,6 +112,7 @@ def fabricate(
             workshop=workshop,
             simulation=simulation,
             tie_strength=tie_strength,
+            overhang=overhang.in_unit(_MM) if overhang else None,
             unit=unit,
             overwrite=overwrite,
             progress=show_progress,

@@ -96,7 +96,7 @@ class Table:
 
 def _without_formula(cell: object) -> object:
     """The cell, as a text that no spreadsheet evaluates."""
-    if not isinstance(cell, str) or _NUMBER.fullmatch(cell):
+    if not isinstance(cell, str) or (cell[:1].isalnum() and "\r" not in cell) or _NUMBER.fullmatch(cell):
         return cell
     # Readers of CSV take a bare carriage return for the end of a row, and Python quotes it from 3.13 on only.
     text = cell.replace("\r", "\n")

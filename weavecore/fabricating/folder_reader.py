@@ -13,7 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from weavecore.fabricating.csv_tables import ReadTable, read_table
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.fabricating.written_axes import WrittenAxes
+from weavecore.geometry.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -28,17 +29,39 @@ class CheckResult:
         What was found, and the greatest value that passes.
     ids : tuple of str
         The rods, pieces, joints… that break the limit.
+    reason : str
+        Of a note, which has no limit: why what it lists cannot be otherwise, or does no harm.
     """
 
     invariant: str
     value: float
     limit: float
     ids: tuple[str, ...] = ()
+    reason: str = ""
 
     @property
     def passes(self) -> bool:
         """Whether the value keeps to its limit; NaN does not."""
         return bool(self.value <= self.limit)
+
+    @property
+    def is_note(self) -> bool:
+        """Whether it lists something that the workshop should know and that is not wrong."""
+        return self.limit == float("inf") and bool(self.ids)
+
+
+def note_of(invariant: str, ids: Sequence[str], reason: str) -> CheckResult:
+    """Count what the workshop should know, with the reason.
+
+    Parameters
+    ----------
+    invariant : str
+    ids : sequence of str
+        Each counts once.
+    reason : str
+    """
+    unique = tuple(sorted(set(ids)))
+    return CheckResult(invariant, float(len(unique)), float("inf"), unique, reason)
 
 
 def count_of(invariant: str, ids: Sequence[str]) -> CheckResult:
@@ -101,55 +124,17 @@ class WrittenFolder:
     def axes(self) -> WrittenAxes:
         """The points along the axes."""
         table = self.table("axes")
-        columns = [table.floats(name) for name in ("x", "y", "z")]
-        return WrittenAxes.of(
-            table["rod_id"], table.floats("station"), np.stack(columns, axis=1), table.floats("layer_offset")
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class WrittenAxes:
-    """Points along the axes, by rod and station; of a ring the first comes again at the end.
-
-    Parameters
-    ----------
-    ids : tuple of str
-        The R rods in the order of the file.
-    offsets : (R+1,) int64
-        The points of ``ids[k]`` are ``offsets[k]:offsets[k + 1]``.
-    stations, layer_offsets : (n,) float64
-    points : (n, 3) float64
-    """
-
-    ids: tuple[str, ...]
-    offsets: Ints
-    stations: Floats
-    points: Floats
-    layer_offsets: Floats
-
-    @classmethod
-    def of(cls, rods: list[str], stations: Floats, points: Floats, layer_offsets: Floats) -> WrittenAxes:
-        """Group the rows (n) of ``axes.csv`` by the names of their rods."""
-        names = np.array(rods)
-        starts = np.flatnonzero(np.append(True, names[1:] != names[:-1])) if len(names) else np.zeros(0, np.int64)
-        offsets = np.append(starts, len(names)).astype(np.int64)
-        return cls(tuple(names[starts].tolist()), offsets, stations, points, layer_offsets)
-
-    def rod(self, k: int) -> slice:
-        """The rows of a rod."""
-        return slice(int(self.offsets[k]), int(self.offsets[k + 1]))
+        points = np.stack([table.floats(name) for name in ("x", "y", "z")], axis=1)
+        rods = self.table("rods")
+        closed = {rod for rod, state in zip(rods["rod_id"], rods["closed"]) if state == "yes"}
+        return WrittenAxes.of(table["rod_id"], table.floats("station"), points, table.floats("layer_offset"), closed)
 
     @cached_property
-    def rod_of(self) -> dict[str, int]:
-        """The index of each rod in ``ids``."""
-        return {name: k for k, name in enumerate(self.ids)}
-
-    def rows_at(self, rods: Sequence[str], stations: Floats) -> Ints:
-        """(m,) the row nearest to the station of a rod, for m rods and stations."""
-        # With a shift for each rod that is longer than all stations, the rows of all rods are one rising sequence.
-        shift = float(self.stations.max(initial=0.0)) + 1.0
-        key = np.repeat(np.arange(len(self.ids)), np.diff(self.offsets)) * shift + self.stations
-        wanted = np.array([self.rod_of[rod] for rod in rods], np.int64) * shift + stations
-        after = np.clip(np.searchsorted(key, wanted), 1, len(key) - 1)
-        nearest: Ints = np.where(np.abs(key[after - 1] - wanted) <= np.abs(key[after] - wanted), after - 1, after)
-        return nearest
+    def joint_stations(self) -> dict[str, list[float]]:
+        """The stations of the joints along each rod, rising."""
+        marks = self.table("marks")
+        found: dict[str, set[float]] = {}
+        for rod, station, other in zip(marks["rod_id"], marks.floats("station").tolist(), marks["other_rod"]):
+            if other:
+                found.setdefault(rod, set()).add(station)
+        return {rod: sorted(stations) for rod, stations in found.items()}

@@ -1,4 +1,4 @@
-"""What the report checks of marks, nodes, the order at joints, axes and the sequence.
+"""What the report checks of marks, nodes and the order at joints.
 
 A node is rebuilt from the marks and the axes alone.  At a node each rod lies its ``layer_offset`` h out of the surface
 along one normal, p = node + h · n; with the means over the rods of the joint,
@@ -18,12 +18,11 @@ from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from weavecore.fabricating.csv_tables import ReadTable, read_statement
-from weavecore.fabricating.folder_reader import CheckResult, WrittenAxes, WrittenFolder, count_of, greatest_of
-from weavecore.geometry.arrays import Floats, Ints, rows_of
-from weavecore.geometry.closest import segment_distances
+from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder, count_of, greatest_of, note_of
+from weavecore.fabricating.written_axes import WrittenAxes
+from weavecore.geometry.arrays import Floats
 
 _MARK_LIMIT = 0.1
 """How far the two rods of a joint may put it apart along a rod, in millimetres."""
@@ -34,17 +33,13 @@ _STATION_LIMIT = 0.003
 _NODE_LIMIT = 0.2
 """How far a rebuilt node may be from the one in joints.csv, in millimetres, on models of metres."""
 
-_GAP_LIMIT = 0.1
-"""How far the gap of two axes at a joint may be from the mean of their diameters, in millimetres."""
-
-_OWN_REACH = 4.0
-"""Points of one rod less than this many diameters apart along it are near each other without touching."""
-
-_JOINT_REACH = 3.0
-"""Two rods that touch at a joint are nearest to each other within this many diameters of it."""
-
 _SAME_OFFSET = 1e-6
 """Layer offsets that differ by less, in millimetres (their sum of squares in mm²), are equal: they give no normal."""
+
+_CONFLICTS = (
+    "Here a rod departs from the over-under order: some counts of rods allow no order without it. The marks show the "
+    "order to weave."
+)
 
 _TWILL = "twill "
 
@@ -53,13 +48,13 @@ _Passes = list[tuple[float, str, int]]
 
 
 def check_joints(folder: WrittenFolder) -> Iterator[CheckResult]:
-    """Check marks, nodes, the order at joints and along rods, axes and the sequence.
+    """Check marks, nodes, and the order at joints and along rods.
 
     Parameters
     ----------
     folder : WrittenFolder
     """
-    for check in (_check_marks, _check_nodes, _check_over_under, _check_conflicts, _check_axes, _check_sequence):
+    for check in (_check_marks, _check_nodes, _check_over_under, _check_conflicts):
         yield from check(folder)
 
 
@@ -162,7 +157,7 @@ def _check_conflicts(folder: WrittenFolder) -> Iterator[CheckResult]:
     weave = read_statement(folder.files["marks.csv"])["weave"]
     joints, rods = folder.table("joints"), folder.table("rods")
     listed = Counter((rod, joint) for joint, row in zip(joints["joint_id"], joints.lists("conflicts")) for rod in row)
-    yield CheckResult("order_conflicts_listed", float(sum(listed.values())), float("inf"), _names(listed))
+    yield note_of("order_conflicts_listed", _names(listed), _CONFLICTS)
     if weave.startswith(_TWILL):
         over, under = (int(part) for part in weave[len(_TWILL) :].split("/"))
         yield count_of("order_conflict_not_listed", _twill_breaks(folder, set(listed), over, under))
@@ -231,111 +226,3 @@ def _side(sides: list[str]) -> int:
 
 def _names(rows: Counter[tuple[str, str]]) -> tuple[str, ...]:
     return tuple(sorted(f"{rod}@{joint}" for rod, joint in rows.elements()))
-
-
-def _check_axes(folder: WrittenFolder) -> Iterator[CheckResult]:
-    """Rods touch at their joints and do not intersect elsewhere."""
-    joints, axes, diameter = folder.table("joints"), folder.axes, folder.diameter
-    rods = folder.table("rods")
-    segments = _AxisSegments(axes, {rod for rod, closed in zip(rods["rod_id"], rods["closed"]) if closed == "yes"})
-    thickness = np.array([diameter[rod] for rod in axes.ids])
-    least, pairs = segments.near_pairs(thickness)
-    touching: dict[tuple[str, str], list[str]] = {}
-    for joint, order in zip(joints["joint_id"], joints.lists("order")):
-        for one, other in zip(order, order[1:]):
-            touching.setdefault((min(one, other), max(one, other)), []).append(joint)
-    places = dict(zip(joints["joint_id"], np.stack([joints.floats(c) for c in ("x", "y", "z")], axis=1)))
-    gaps, at = [], []
-    for (one, other), names in touching.items():
-        key = (axes.rod_of[one], axes.rod_of[other])
-        wanted = (thickness[key[0]] + thickness[key[1]]) / 2
-        for name in names:
-            gaps.append(abs(segments.gap(key, places[name], _JOINT_REACH * wanted) - wanted))
-            at.append(name)
-    yield greatest_of("axis_gap_at_joint_off_mm", np.array(gaps), _GAP_LIMIT, at)
-    near = [
-        f"{axes.ids[a]}+{axes.ids[b]}"
-        for (a, b), gap in zip(pairs, least)
-        if gap < (thickness[a] + thickness[b]) / 2 - _GAP_LIMIT
-    ]
-    yield count_of("rods_that_intersect", near)
-
-
-class _AxisSegments:
-    """The straight segments (n,) between the points of all axes, in a k-d tree of their middles."""
-
-    def __init__(self, axes: WrittenAxes, closed: set[str]) -> None:
-        rod = rows_of(axes.offsets)
-        self.start = np.flatnonzero(np.diff(rod) == 0)
-        self.rod = rod[self.start]
-        self.station = axes.stations[self.start]
-        self.a, self.b = axes.points[self.start], axes.points[self.start + 1]
-        self.tree = cKDTree((self.a + self.b) / 2)
-        self.reach = np.linalg.norm(self.b - self.a, axis=1)
-        self.longest = float(self.reach.max(initial=0.0))
-        self.closed = np.array([rod in closed for rod in axes.ids], bool)
-        self.length = np.array([axes.stations[axes.rod(k)][-1] for k in range(len(axes.ids))])
-
-    def gap(self, rods: tuple[int, int], place: Floats, reach: float) -> float:
-        """Least distance of two rods within ``reach`` of a place (3,)."""
-        near = np.array(self.tree.query_ball_point(place, reach + self.longest), np.int64)
-        one, other = near[self.rod[near] == rods[0]], near[self.rod[near] == rods[1]]
-        i, j = (grid.ravel() for grid in np.meshgrid(one, other, indexing="ij"))
-        if rods[0] == rods[1]:
-            apart = self._apart(i, j) > reach
-            i, j = i[apart], j[apart]
-        distance, _ = segment_distances(self.a[i], self.b[i], self.a[j], self.b[j])
-        return float(distance.min(initial=np.inf))
-
-    def near_pairs(self, thickness: Floats) -> tuple[list[float], list[tuple[int, int]]]:
-        """Pairs of rods nearer than the mean of their diameters (R,), and how near; a rod is not its own neighbour."""
-        reach = float(thickness.max(initial=0.0))
-        pairs = self.tree.query_pairs(reach + self.longest, output_type="ndarray").astype(np.int64)
-        i, j = pairs.T
-        own = (self.rod[i] == self.rod[j]) & (self._apart(i, j) < _OWN_REACH * reach)
-        i, j = i[~own], j[~own]
-        distance, _ = segment_distances(self.a[i], self.b[i], self.a[j], self.b[j])
-        close = distance < (thickness[self.rod[i]] + thickness[self.rod[j]]) / 2
-        key = np.sort(np.stack([self.rod[i[close]], self.rod[j[close]]], axis=1), axis=1)
-        order = np.lexsort([distance[close], key[:, 1], key[:, 0]])
-        unique, first = np.unique(key[order], axis=0, return_index=True)
-        return distance[close][order][first].tolist(), [(a, b) for a, b in unique.tolist()]
-
-    def _apart(self, i: Ints, j: Ints) -> Floats:
-        """(m,) length of rod between two segments (m,) of one rod; around a ring the shorter way."""
-        i, j = np.where(self.station[i] <= self.station[j], i, j), np.where(self.station[i] <= self.station[j], j, i)
-        ahead = self.station[j] - self.station[i] - self.reach[i]
-        behind = self.station[i] + np.where(self.closed[self.rod[i]], self.length[self.rod[i]], np.inf)
-        apart: Floats = np.minimum(ahead, behind - self.station[j] - self.reach[j])
-        return apart
-
-
-def _check_sequence(folder: WrittenFolder) -> Iterator[CheckResult]:
-    """Each rod is set once and after those it needs; each joint is tied once, when all its rods are set."""
-    sequence, rods, joints = (folder.table(name) for name in ("sequence", "rods", "joints"))
-    steps = [int(step) for step in sequence["step"]]
-    step_of = dict(zip(sequence["rod"], steps))
-    times = Counter(sequence["rod"])
-    yield count_of(
-        "rod_not_set_once", [rod for rod in {*times, *rods["rod_id"]} if times[rod] != 1 or rod not in rods["rod_id"]]
-    )
-    early = [
-        rod
-        for rod, step, row in zip(sequence["rod"], steps, sequence.lists("after"))
-        if any(int(s) >= step for s in row)
-    ]
-    yield count_of("rod_set_before_what_it_needs", early)
-    generation = dict(zip(rods["rod_id"], map(int, rods["generation"])))
-    rings = [rod for rod, action in zip(sequence["rod"], sequence["action"]) if action.startswith("set ")]
-    falls = [b for a, b in zip(rings, rings[1:]) if generation.get(b, 0) < generation.get(a, 0)]
-    yield count_of("ring_set_before_its_parents", falls)
-    tied = [(joint, step) for step, row in zip(steps, sequence.lists("joints_to_tie")) for joint in row]
-    tie_times = Counter(joint for joint, _ in tied)
-    yield count_of("joint_not_tied_once", [j for j in {*tie_times, *joints["joint_id"]} if tie_times[j] != 1])
-    set_in = {
-        j: max((step_of.get(rod, 0) for rod in row), default=0)
-        for j, row in zip(joints["joint_id"], joints.lists("rods"))
-    }
-    yield count_of(
-        "joint_tied_before_its_rods_are_set", [joint for joint, step in tied if set_in.get(joint, step + 1) > step]
-    )

@@ -10,12 +10,15 @@ Left and right are seen from outside of the surface, along the rod of the mark::
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 import numpy as np
 
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece
+from weavecore.geometry.arrays import rows_of
 
 OVER, UNDER = "over", "under"
 LEFT, RIGHT = "left", "right"
@@ -61,6 +64,8 @@ class Mark:
     node : int
     joint : int
         -1 at a node that the rod passes alone.
+    code : str
+        Name of the joint, with a letter where the rod passes it twice: no other mark of the rod has it.
     crossings : tuple of Crossing
     """
 
@@ -70,6 +75,7 @@ class Mark:
     at: float
     node: int
     joint: int
+    code: str
     crossings: tuple[Crossing, ...]
 
 
@@ -87,7 +93,7 @@ def mark_pieces(plan: RodPlan, pieces: list[Piece]) -> list[Mark]:
         By piece, and along each.
     """
     strands, axes = plan.weave.strands, plan.axes
-    crossings = _crossings(plan)
+    crossings, codes = _crossings(plan), _codes(plan)
     marks = []
     for piece in pieces:
         visits = np.arange(strands.offsets[piece.rod], strands.offsets[piece.rod + 1])
@@ -100,7 +106,7 @@ def mark_pieces(plan: RodPlan, pieces: list[Piece]) -> list[Mark]:
         places = np.clip(at[on], 0.0, piece.cut_length).tolist()
         for number, (v, where) in enumerate(zip(visit[on].tolist(), places), start=1):
             node, joint = int(strands.nodes[v]), int(plan.joint_of_visit[v])
-            marks.append(Mark(piece, number, float(axes.stations[v]), where, node, joint, crossings[v]))
+            marks.append(Mark(piece, number, float(axes.stations[v]), where, node, joint, codes[v], crossings[v]))
     return marks
 
 
@@ -120,6 +126,22 @@ def joint_name(node: int, joint: int, n_nodes: int) -> str:
     """
     digits = max(4, len(str(n_nodes - 1)))
     return f"{'N' if joint < 0 else 'J'}{node:0{digits}d}"
+
+
+def _codes(plan: RodPlan) -> list[str]:
+    """The code of every visit (M,)."""
+    nodes, joints = plan.weave.strands.nodes.tolist(), plan.joint_of_visit.tolist()
+    rods = rows_of(plan.weave.strands.offsets).tolist()
+    times = Counter(zip(rods, nodes))
+    passed: Counter[tuple[int, int]] = Counter()
+    codes = []
+    for rod, node, joint in zip(rods, nodes, joints):
+        code = joint_name(node, joint, len(plan.nodes))
+        if times[rod, node] > 1:
+            code += ascii_lowercase[passed[rod, node]]
+            passed[rod, node] += 1
+        codes.append(code)
+    return codes
 
 
 def _crossings(plan: RodPlan) -> list[tuple[Crossing, ...]]:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
-from weavecore.geometry.splines import CurveSamples, points_at_stations
+from weavecore.geometry.arrays import Bools, Floats, Ints, range_maxima, rows_of
+from weavecore.geometry.splines import CurveSamples, points_at_stations, span_ends
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
@@ -75,10 +76,13 @@ class RodPlan:
         """(S,) the least generation that each rod touches."""
         return first_generations(self.weave.strands, self.weave.lattice)
 
-    @cached_property
-    def bending(self) -> BendingProfile:
-        """The utilisation of all rods along their length."""
-        samples = self.axes.samples(_STEP_IN_DIAMETERS * self.diameter)
+    def bending_along(self, rods: Bools) -> BendingProfile:
+        """The utilisation of some of the rods (S,) along their length."""
+        rows = self.axes.rows
+        start, _, width = span_ends(rows.parameters, rows.offsets, self.axes.closed, rows.ends)
+        is_wanted = rods[rows_of(rows.offsets)[start]]
+        # The other rods are sampled at their visits alone.
+        samples = self.axes.samples(np.where(is_wanted, _STEP_IN_DIAMETERS * self.diameter, 2 * width))
         return BendingProfile(samples, self.weave.material.least_bend * self.diameter * samples.curvatures)
 
     def visits_at_joints(self, rod: int) -> Ints:
@@ -90,7 +94,7 @@ class RodPlan:
 
 @dataclass(frozen=True, eq=False)
 class BendingProfile:
-    """The bending utilisation along all rods, point by point.
+    """The bending utilisation along rods, point by point.
 
     Parameters
     ----------
@@ -103,18 +107,20 @@ class BendingProfile:
     samples: CurveSamples
     utilisation: Floats
 
-    def greatest(self, rod: int, length: float, low: float, high: float) -> float:
-        """The greatest utilisation of a rod between two stations, which may exceed the ends of a ring."""
+    def greatest(self, rod: int, low: Floats, high: Floats, *, around: Optional[float]) -> Floats:
+        """(m,) the greatest utilisation of a rod between stations ``low`` and ``high`` (m,).
+
+        Of a ring, ``around`` is its length, and the stations may exceed its ends; None of an open rod.
+        """
         part = slice(self.samples.offsets[rod], self.samples.offsets[rod + 1])
-        stations = self.samples.stations[part]
-        found = [
-            self.utilisation[part][
-                max(np.searchsorted(stations, low + lap) - 1, 0) : np.searchsorted(stations, high + lap) + 1
-            ]
-            for lap in (-length, 0.0, length)
-            if low + lap <= stations[-1] and high + lap >= stations[0]
-        ]
-        return float(max((one.max(initial=0.0) for one in found), default=0.0))
+        stations, values = self.samples.stations[part], self.utilisation[part]
+        if around is not None:
+            stations = np.concatenate([stations[:-1] - around, stations[:-1], stations + around])
+            values = np.concatenate([values[:-1], values[:-1], values])
+        inside = range_maxima(values, np.searchsorted(stations, low), np.searchsorted(stations, high, side="right"))
+        ends = np.maximum(np.interp(low, stations, values), np.interp(high, stations, values))
+        greatest: Floats = np.maximum(inside, ends)
+        return greatest
 
     def points(self, rod: int, stations: Floats) -> Floats:
         """(n, 3) the points of a rod at n stations."""

@@ -9,11 +9,12 @@ A rod that is longer than a bar, and every ring, is spliced::
 The candidates of a rod are the middles between neighbouring joints.  Of these, the splices are chosen by dynamic
 programming over the candidates in order of their stations: the cost of the pieces up to candidate j is
 
-    cost(j) = penalty(j) + 1e6 + min cost(i)   over all i < j from which a bar is long enough to reach j,
+    cost(j) = penalty(j) + 1e6 + min cost(i)   over all i < j from which a bar is long enough to reach j.
 
-so the fewest pieces win, and of those the ones with the least penalty: bent no more than 0.8 of the allowable stress,
-far from the splices of rods cut before, and held by crossings.  A ring is solved from each of its best candidates.
-O(c²) for c candidates of a rod.
+A splice that is bent beyond 0.8 of the allowable stress costs 1e9, so it is taken only where all places within reach
+are bent so; then the fewest pieces win, and of those the ones with the least penalty: far from the splices of rods cut
+before, held by crossings, and little bent.  A ring that one bar is long enough for takes its cheapest candidate, a
+longer one is solved from each of its best candidates.  O(c²) for c candidates of a rod.
 """
 
 from __future__ import annotations
@@ -23,25 +24,28 @@ from dataclasses import dataclass, replace
 from typing import Optional
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from weavecore.errors import Unsupported
-from weavecore.fabricating.plan import RodPlan
+from weavecore.fabricating.plan import BendingProfile, RodPlan
 from weavecore.fabricating.workshop import (
     OVERLAP,
     OVERLAP_DIAMETERS,
     SLEEVE,
+    SLEEVE_DIAMETERS,
     SPLICE_UTILISATION,
     TAIL_DIAMETERS,
     Workshop,
 )
-from weavecore.geometry.arrays import Floats
+from weavecore.geometry.arrays import Floats, Ints
 
 _COST_OF_SPLICE = 1e6
-"""Above the sum of all penalties that a rod can have, so that the fewest splices win."""
+"""Above the sum of all penalties but the first that a rod can have, so that the fewest splices win."""
 
-_PENALTY_BENT, _PENALTY_NEAR, _PENALTY_LOOSE = 1000.0, 300.0, 100.0
+_PENALTY_BENT, _PENALTY_NEAR, _PENALTY_LOOSE = 1e9, 300.0, 100.0
 """Penalties of a candidate: bent beyond `SPLICE_UTILISATION`, near another rod's splice, not held by crossings as it
-should be.  A splice in a bend may break, two beside each other weaken one place, a loose one can be tied by hand."""
+should be.  A splice in a bend may break, so one more piece is better; two beside each other weaken one place, a loose
+one can be tied by hand."""
 
 _GREATEST_BENDING_PENALTY = 50.0
 """The utilisation is added as a penalty up to this, below the least of the others: it decides between equals."""
@@ -76,7 +80,7 @@ class Splice:
     utilisation : float
         The greatest bending utilisation between them.
     nearest : float
-        Distance to the nearest splice of a rod cut before, infinite where there is none.
+        Distance to the nearest splice of another rod, infinite where there is none.
     """
 
     id: str
@@ -188,33 +192,40 @@ def cut_rods(plan: RodPlan, workshop: Workshop) -> tuple[list[Piece], list[Splic
     Unsupported
         Where the stock is too short for a rod.
     """
-    placed = _PlacedSplices(plan, workshop)
+    is_spliced = plan.axes.closed | (plan.axes.lengths > workshop.stock - workshop.kerf)
+    placed = _PlacedSplices(plan, workshop, plan.bending_along(is_spliced))
+    chosen: dict[int, list[Candidate]] = {}
+    for rod in np.flatnonzero(is_spliced).tolist():
+        chosen[rod] = _choose(plan, workshop, placed, rod)
+        placed.add(rod, chosen[rod])
+    nearest = iter(placed.nearest().tolist())
     pieces: list[Piece] = []
     splices: list[Splice] = []
-    longest = workshop.stock - workshop.kerf
     for rod in range(len(plan.ids)):
         length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
-        if not closed and length + 2 * workshop.overhang <= longest:
-            pieces.append(Piece(plan.ids[rod], rod, 1, -workshop.overhang, length + workshop.overhang, None, None))
-            continue
-        chosen = None
-        for candidates in (_candidates_between_joints(plan, workshop, rod), _even_candidates(plan, workshop, rod)):
-            rated = placed.rate(rod, candidates)
-            chosen = choose_splices(rated, length, closed=closed, longest=longest, overhang=workshop.overhang)
-            if chosen is not None:
-                break
-        if chosen is None:
-            raise Unsupported(
-                f"Stock of {workshop.stock:g} mm is too short for a rod of {length:.0f} mm and its splices",
-                remedy="Use longer stock, or splice with sleeves.",
-                ids=[plan.ids[rod]],
-                kind="rod",
-            )
-        placed.add(rod, chosen)
-        own = [_splice(plan, workshop.splice, rod, k, one) for k, one in enumerate(chosen, start=1)]
+        own = [
+            _splice(plan, workshop.splice, rod, k, one, next(nearest))
+            for k, one in enumerate(chosen.get(rod, []), start=1)
+        ]
         splices += own
-        pieces += _pieces_between(plan.ids[rod], rod, own, length, closed, workshop)
+        pieces += _pieces_between(plan.ids[rod], rod, own, length, closed)
     return pieces, splices
+
+
+def _choose(plan: RodPlan, workshop: Workshop, placed: _PlacedSplices, rod: int) -> list[Candidate]:
+    """The splices of one rod."""
+    length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
+    for find in (_candidates_between_joints, _even_candidates):
+        rated = placed.rate(rod, find(plan, workshop, placed.bending, rod))
+        chosen = choose_splices(rated, length, closed=closed, longest=workshop.stock - workshop.kerf)
+        if chosen is not None:
+            return chosen
+    raise Unsupported(
+        f"Stock of {workshop.stock:g} mm is too short for a rod of {length:.0f} mm and its splices",
+        remedy="Use longer stock, or splice with sleeves.",
+        ids=[plan.ids[rod]],
+        kind="rod",
+    )
 
 
 def stagger(plan: RodPlan) -> float:
@@ -227,41 +238,75 @@ def stagger(plan: RodPlan) -> float:
     return max(_STAGGER_SPACINGS * plan.spacing, OVERLAP_DIAMETERS * plan.diameter)
 
 
-def _candidates_between_joints(plan: RodPlan, workshop: Workshop, rod: int) -> list[Candidate]:
-    """Candidates in the middles between neighbouring joints, by station; an overlap reaches beyond both joints."""
+def places_between_joints(
+    stations: Floats, length: float, *, closed: bool, kind: str, diameter: float
+) -> tuple[Floats, Floats]:
+    """Centres (n,), and half the lengths (n,), of the splices that a rod can have between its joints.
+
+    A sleeve has its own length.  An overlap reaches beyond both joints, and is thirty diameters long at least.
+
+    Parameters
+    ----------
+    stations : (n,) or (n + 1,) float64
+        Of the joints, rising; of an open rod there is one place less.
+    length : float
+        Of the rod.
+    closed : bool
+    kind : str
+        ``"overlap"`` or ``"sleeve"``.
+    diameter : float
+    """
+    after = np.append(stations[1:], stations[:1] + length) if closed else stations[1:]
+    before = stations[: len(after)]
+    centres = (before + after) / 2
+    if kind == SLEEVE:
+        return _on_rod(centres, np.full(len(centres), SLEEVE_DIAMETERS / 2 * diameter), length, closed)
+    half = np.maximum((after - before) / 2 + TAIL_DIAMETERS * diameter, OVERLAP_DIAMETERS / 2 * diameter)
+    return _on_rod(centres, half, length, closed)
+
+
+def _on_rod(centres: Floats, half: Floats, length: float, closed: bool) -> tuple[Floats, Floats]:
+    """The places that lie on the rod; a ring shorter than its overlap lies double all around."""
+    if closed:
+        return centres, np.minimum(half, length / 2)
+    fits = (centres - half >= 0) & (centres + half <= length)
+    return centres[fits], half[fits]
+
+
+def _candidates_between_joints(plan: RodPlan, workshop: Workshop, bending: BendingProfile, rod: int) -> list[Candidate]:
+    """Candidates in the middles between neighbouring joints, by station."""
     stations = np.unique(plan.axes.stations[plan.visits_at_joints(rod)])
-    length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
     if len(stations) < 2:
         return []
-    after = np.append(stations[1:], stations[0] + length) if closed else stations[1:]
-    before = stations[: len(after)]
-    reach = (after - before) / 2 + TAIL_DIAMETERS * plan.diameter
-    return _candidates(plan, workshop, rod, (before + after) / 2, reach)
+    places = places_between_joints(
+        stations,
+        float(plan.axes.lengths[rod]),
+        closed=bool(plan.axes.closed[rod]),
+        kind=workshop.splice,
+        diameter=plan.diameter,
+    )
+    return _candidates(plan, workshop, bending, rod, *places)
 
 
-def _even_candidates(plan: RodPlan, workshop: Workshop, rod: int) -> list[Candidate]:
+def _even_candidates(plan: RodPlan, workshop: Workshop, bending: BendingProfile, rod: int) -> list[Candidate]:
     """Candidates at equal distances, for rods whose joints leave no choice."""
     length = float(plan.axes.lengths[rod])
     n = int(min(np.ceil(_CANDIDATES_PER_BAR * length / workshop.stock), _MOST_CANDIDATES)) + 2
     stations = np.linspace(0.0, length, n + 2)[1:-1]
-    return _candidates(plan, workshop, rod, stations, np.zeros(n))
+    diameters = OVERLAP_DIAMETERS if workshop.splice == OVERLAP else SLEEVE_DIAMETERS
+    half = np.full(n, diameters / 2 * plan.diameter)
+    return _candidates(plan, workshop, bending, rod, *_on_rod(stations, half, length, bool(plan.axes.closed[rod])))
 
 
-def _candidates(plan: RodPlan, workshop: Workshop, rod: int, centres: Floats, reach: Floats) -> list[Candidate]:
-    """Candidates at stations (n,), an overlap reaching at least so far (n,) to both sides; on the rod only."""
+def _candidates(
+    plan: RodPlan, workshop: Workshop, bending: BendingProfile, rod: int, centres: Floats, half: Floats
+) -> list[Candidate]:
+    """Candidates at stations (n,), reaching ``half`` (n,) to both sides."""
     length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
     is_overlap = workshop.splice == OVERLAP
-    if is_overlap:
-        half = np.maximum(reach, OVERLAP_DIAMETERS / 2 * plan.diameter)
-    else:
-        half = np.full(len(centres), workshop.sleeve_length(plan.diameter) / 2)
-    if closed:  # A ring shorter than its overlap lies double all around.
-        half = np.minimum(half, length / 2)
-    else:
-        fits = (centres - half >= 0) & (centres + half <= length)
-        centres, half = centres[fits], half[fits]
     joints = np.sort(plan.axes.stations[plan.visits_at_joints(rod)])
     crossings = _joints_between(joints, length, closed, centres - half, centres + half)
+    bent = bending.greatest(rod, centres - half, centres + half, around=length if closed else None)
     return [
         Candidate(
             centre=c,
@@ -270,9 +315,9 @@ def _candidates(plan: RodPlan, workshop: Workshop, rod: int, centres: Floats, re
             zone_low=c - h,
             zone_high=c + h,
             n_crossings=n,
-            utilisation=plan.bending.greatest(rod, length, c - h, c + h),
+            utilisation=utilisation,
         )
-        for c, h, n in zip(centres.tolist(), half.tolist(), crossings.tolist())
+        for c, h, n, utilisation in zip(centres.tolist(), half.tolist(), crossings.tolist(), bent.tolist())
     ]
 
 
@@ -286,13 +331,25 @@ def _joints_between(joints: Floats, length: float, closed: bool, low: Floats, hi
     return np.minimum(found, len(joints))
 
 
+def nearest_of_others(points: Floats, owners: Ints) -> Floats:
+    """(n,) distances from each point (n, 3) to the nearest one with another owner (n,); infinite without one."""
+    nearest = np.full(len(points), np.inf)
+    for k in range(len(points)):
+        others = points[owners != owners[k]]
+        if len(others):
+            nearest[k] = np.linalg.norm(others - points[k], axis=1).min()
+    return nearest
+
+
 class _PlacedSplices:
     """The splices of the rods that have been cut, from which those of the next rods keep away."""
 
-    def __init__(self, plan: RodPlan, workshop: Workshop) -> None:
+    def __init__(self, plan: RodPlan, workshop: Workshop, bending: BendingProfile) -> None:
+        self.bending = bending
         self._plan = plan
         self._workshop = workshop
         self._points = np.zeros((0, 3))
+        self._rods = np.zeros(0, np.int64)
         self._apart = stagger(plan)
 
     def rate(self, rod: int, candidates: list[Candidate]) -> list[Candidate]:
@@ -300,9 +357,9 @@ class _PlacedSplices:
         if not candidates:
             return []
         at = self._centres(rod, candidates)
-        nearest = np.full(len(at), np.inf)
+        nearest: Floats = np.full(len(at), np.inf)
         if len(self._points):
-            nearest = np.linalg.norm(at[:, None] - self._points[None], axis=2).min(1)
+            nearest = np.asarray(cKDTree(self._points).query(at)[0], np.float64)
         wanted = 2 if self._workshop.splice == OVERLAP else 0
         rated = []
         for one, gap in zip(candidates, nearest.tolist()):
@@ -319,16 +376,21 @@ class _PlacedSplices:
     def add(self, rod: int, chosen: list[Candidate]) -> None:
         """Remember the splices of a rod."""
         self._points = np.concatenate([self._points, self._centres(rod, chosen)])
+        self._rods = np.append(self._rods, np.full(len(chosen), rod))
+
+    def nearest(self) -> Floats:
+        """(n,) the distance of each splice, in the order of `add`, from the nearest one of another rod."""
+        return nearest_of_others(self._points, self._rods)
 
     def _centres(self, rod: int, candidates: list[Candidate]) -> Floats:
         """(n, 3) the middles of the candidates in space."""
         length = float(self._plan.axes.lengths[rod])
         centres = np.array([one.centre for one in candidates])
-        return self._plan.bending.points(rod, centres % length if self._plan.axes.closed[rod] else centres)
+        return self.bending.points(rod, centres % length if self._plan.axes.closed[rod] else centres)
 
 
 def choose_splices(
-    candidates: Sequence[Candidate], length: float, *, closed: bool, longest: float, overhang: float
+    candidates: Sequence[Candidate], length: float, *, closed: bool, longest: float
 ) -> Optional[list[Candidate]]:
     """Choose the splices of a rod.
 
@@ -341,8 +403,6 @@ def choose_splices(
     closed : bool
     longest : float
         The longest piece that a bar can give.
-    overhang : float
-        Length of an open rod beyond each of its ends.
 
     Returns
     -------
@@ -351,10 +411,12 @@ def choose_splices(
         None where no pieces of that length make up the rod.
     """
     if not closed:
-        start = Candidate(-overhang, -overhang, -overhang, -overhang, -overhang, 0, 0.0)
-        end = start.moved(length + 2 * overhang)
-        found = _cheapest([start, *candidates, end], longest)
+        start = Candidate(0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0)
+        found = _cheapest([start, *candidates, start.moved(length)], longest)
         return None if found is None else found[1][1:-1]
+    single = [one for one in candidates if length + one.high - one.low <= longest]
+    if single:
+        return [min(single, key=lambda one: one.penalty)]
     best: Optional[tuple[float, list[Candidate]]] = None
     for k in sorted(range(len(candidates)), key=lambda k: candidates[k].penalty)[:_MOST_STARTS]:
         begin = candidates[k]
@@ -370,18 +432,20 @@ def _cheapest(row: list[Candidate], longest: float) -> Optional[tuple[float, lis
     low = np.array([one.low for one in row])
     high = np.array([one.high for one in row])
     zone_low, zone_high = np.array([one.zone_low for one in row]), np.array([one.zone_high for one in row])
+    highest_low = np.maximum.accumulate(low)
     cost = np.full(len(row), np.inf)
     came_from = np.zeros(len(row), np.int64)
     cost[0] = row[0].penalty
     for j in range(1, len(row)):
         is_last = j == len(row) - 1
-        before = cost[:j].copy()
-        is_too_long = high[j] - low[:j] > longest
-        # Splices of one rod keep apart, but a ring of one piece meets its own.
-        is_overlapping = (zone_high[:j] > zone_low[j]) & ~(is_last & (np.arange(j) == 0))
-        before[is_too_long | is_overlapping] = np.inf
-        came_from[j] = int(np.argmin(before))
-        cost[j] = before[came_from[j]] + _COST_OF_SPLICE + (0.0 if is_last else row[j].penalty)
+        first = int(np.searchsorted(highest_low, high[j] - longest))  # Before it, no bar is long enough.
+        if first >= j:
+            continue
+        # Splices of one rod keep apart.
+        is_out = (high[j] - low[first:j] > longest) | (zone_high[first:j] > zone_low[j])
+        before = np.where(is_out, np.inf, cost[first:j])
+        came_from[j] = first + int(np.argmin(before))
+        cost[j] = before[came_from[j] - first] + _COST_OF_SPLICE + (0.0 if is_last else row[j].penalty)
     if not np.isfinite(cost[-1]):
         return None
     path = [len(row) - 1]
@@ -390,7 +454,7 @@ def _cheapest(row: list[Candidate], longest: float) -> Optional[tuple[float, lis
     return float(cost[-1]), [row[j] for j in reversed(path)]
 
 
-def _splice(plan: RodPlan, kind: str, rod: int, number: int, one: Candidate) -> Splice:
+def _splice(plan: RodPlan, kind: str, rod: int, number: int, one: Candidate, nearest: float) -> Splice:
     return Splice(
         f"{plan.ids[rod]}-S{number}",
         kind,
@@ -399,26 +463,19 @@ def _splice(plan: RodPlan, kind: str, rod: int, number: int, one: Candidate) -> 
         one.zone_high,
         one.n_crossings,
         one.utilisation,
-        one.nearest,
+        nearest,
     )
 
 
-def _pieces_between(
-    name: str, rod: int, splices: list[Splice], length: float, closed: bool, workshop: Workshop
-) -> list[Piece]:
+def _pieces_between(name: str, rod: int, splices: list[Splice], length: float, closed: bool) -> list[Piece]:
     """The pieces from splice to splice, each with the length of the splices at its ends."""
-
-    def begin(splice: Optional[Splice]) -> float:
-        return -workshop.overhang if splice is None else splice.high - splice.reach
-
-    def end(splice: Optional[Splice]) -> float:
-        return length + workshop.overhang if splice is None else splice.low + splice.reach
-
     row: list[Optional[Splice]] = [*splices, splices[0]] if closed else [None, *splices, None]
     sides = list(zip(row, row[1:]))
     names = [name] if len(sides) == 1 else [f"{name}-{k}" for k in range(1, len(sides) + 1)]
-    laps = [length if closed and k == len(sides) else 0.0 for k in range(1, len(sides) + 1)]
-    return [
-        Piece(piece, rod, k, begin(a), end(b) + lap, a, b)
-        for k, (piece, (a, b), lap) in enumerate(zip(names, sides, laps), start=1)
-    ]
+    pieces = []
+    for k, (piece, (a, b)) in enumerate(zip(names, sides), start=1):
+        lap = length if closed and k == len(sides) else 0.0
+        begin = 0.0 if a is None else a.high - a.reach
+        end = length if b is None else b.low + b.reach
+        pieces.append(Piece(piece, rod, k, begin, end + lap, a, b))
+    return pieces

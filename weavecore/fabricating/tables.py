@@ -16,11 +16,17 @@ from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
 from weavecore.fabricating.nesting import Bar
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice, stagger
+from weavecore.fabricating.steps import Step
 from weavecore.fabricating.ties import Ties, size_of_tie
 from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, Workshop
+from weavecore.fabricating.written_axes import AXIS_DIGITS
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.splines import cubic_points, span_ends
-from weavecore.model import FAMILIES, BuildSequence
+from weavecore.model import FAMILIES
+
+START, CUT, SPLICE, ALONE, BETWEEN = "start", "cut", "splice", "alone", "between"
+"""Flags of machine.csv, beside over and under: ends of a piece, the end of a splice on it, a node that it passes alone,
+and a joint where it lies over one rod and under another."""
 
 _SAG = 0.02
 """How far an axis may depart from the straight line between two points of axes.csv, in millimetres: a fifth of the
@@ -28,10 +34,6 @@ tolerance that lengths are checked with."""
 
 _LONGEST_STEP = 50.0
 """Points of an axis are at most so many millimetres apart, also where it is straight."""
-
-AXIS_DIGITS = 6
-"""Points of the axes are written to a nanometre: their curvature is measured again from three points in a row, which
-lie a few millimetres apart, and a micrometre would move a radius of 100 mm by percents."""
 
 _PROBES = 5
 """Directions of each cubic that its curvature is estimated from."""
@@ -48,6 +50,7 @@ class CutList:
     bars : sequence of Bar
     marks : sequence of Mark
     ties : Ties
+    steps : sequence of Step
     """
 
     pieces: Sequence[Piece]
@@ -55,9 +58,10 @@ class CutList:
     bars: Sequence[Bar]
     marks: Sequence[Mark]
     ties: Ties
+    steps: Sequence[Step]
 
 
-def build_tables(plan: RodPlan, workshop: Workshop, cut_list: CutList, sequence: BuildSequence) -> list[Table]:
+def build_tables(plan: RodPlan, workshop: Workshop, cut_list: CutList) -> list[Table]:
     """Build all tables of the folder but the report.
 
     Parameters
@@ -65,7 +69,6 @@ def build_tables(plan: RodPlan, workshop: Workshop, cut_list: CutList, sequence:
     plan : RodPlan
     workshop : Workshop
     cut_list : CutList
-    sequence : BuildSequence
 
     Returns
     -------
@@ -79,7 +82,9 @@ def build_tables(plan: RodPlan, workshop: Workshop, cut_list: CutList, sequence:
         _marks_table(plan, cut_list.marks),
         _joints_table(plan, cut_list.ties),
         _axes_table(plan),
-        _sequence_table(plan, sequence),
+        _clashes_table(plan),
+        _sequence_table(plan, cut_list),
+        _machine_table(cut_list),
         _bom_table(plan, workshop, cut_list),
     ]
 
@@ -116,7 +121,10 @@ def _rods_table(plan: RodPlan) -> Table:
 def _pieces_table(plan: RodPlan, cut_list: CutList) -> Table:
     """One row a piece."""
     stock = {piece.id: bar.id for bar in cut_list.bars for piece in bar.pieces}
-    columns = "piece_id,rod_id,seq,from,to,cut_length,splice_start,splice_end,stock_id"
+    codes: dict[str, list[str]] = {piece.id: [] for piece in cut_list.pieces}
+    for mark in cut_list.marks:
+        codes[mark.piece.id].append(mark.code)
+    columns = "piece_id,rod_id,seq,from,to,cut_length,splice_start,splice_end,stock_id,codes"
     rows = [
         (
             piece.id,
@@ -128,6 +136,7 @@ def _pieces_table(plan: RodPlan, cut_list: CutList) -> Table:
             piece.splice_start.id if piece.splice_start else "",
             piece.splice_end.id if piece.splice_end else "",
             stock[piece.id],
+            listed(codes[piece.id]),
         )
         for piece in cut_list.pieces
     ]
@@ -163,11 +172,11 @@ def _nesting_table(bars: Sequence[Bar]) -> Table:
 
 def _marks_table(plan: RodPlan, marks: Sequence[Mark]) -> Table:
     """One row for each other rod at each mark; one without another rod where a piece passes a node alone."""
-    columns = "piece_id,no,station,other_rod,other_station,joint_id,over_under,side,from_start,rod_id"
+    columns = "piece_id,no,station,other_rod,other_station,joint_id,over_under,side,from_start,rod_id,code"
     rows: list[tuple[object, ...]] = []
     for mark in marks:
         joint = joint_name(mark.node, mark.joint, len(plan.nodes))
-        head, tail = (mark.piece.id, mark.number, mm(mark.station)), (mm(mark.at), plan.ids[mark.piece.rod])
+        head, tail = (mark.piece.id, mark.number, mm(mark.station)), (mm(mark.at), plan.ids[mark.piece.rod], mark.code)
         for other in mark.crossings:
             side = OVER if other.is_over else UNDER
             rows.append((*head, plan.ids[other.rod], mm(other.station), joint, side, other.side, *tail))
@@ -215,16 +224,56 @@ def _axes_table(plan: RodPlan) -> Table:
     return Table("axes", ("rod_id", "station", "x", "y", "z", "layer_offset"), rows)
 
 
-def _sequence_table(plan: RodPlan, sequence: BuildSequence) -> Table:
-    """One row a step: rings, and rods that run between free borders as rings do, are set; the others are woven in."""
-    joints = plan.weave.joints
+def _clashes_table(plan: RodPlan) -> Table:
+    """One row for each pair of rods that are nearer than their diameter, the nearest pair first."""
+    clashes = plan.weave.clashes
+    rows = [
+        (plan.ids[one], plan.ids[other], number(gap * plan.scale, 4), *(mm(x * plan.scale) for x in point))
+        for (one, other), gap, point in zip(clashes.strands.tolist(), clashes.distance.tolist(), clashes.point.tolist())
+    ]
+    return Table("clashes", ("rod_id", "other_rod", "distance", "x", "y", "z"), rows)
+
+
+def _sequence_table(plan: RodPlan, cut_list: CutList) -> Table:
+    """One row a step."""
+    joints, ties = plan.weave.joints, cut_list.ties
+    columns = "step,action,rod,joints_to_tie,after,piece,from,to,ties"
+    rows = [
+        (
+            step.number,
+            step.action,
+            plan.ids[step.piece.rod],
+            listed(joint_name(int(joints.node[j]), j, len(plan.nodes)) for j in step.joints),
+            listed(step.after),
+            step.piece.id,
+            mm(step.low),
+            mm(step.high),
+            int(sum(ties.count[j] for j in step.joints)),
+        )
+        for step in cut_list.steps
+    ]
+    return Table("sequence", columns.split(","), rows)
+
+
+def _machine_table(cut_list: CutList) -> Table:
+    """One row for everything that a machine draws or cuts, along each piece, bar by bar in the order of cutting."""
+    of_piece: dict[str, list[tuple[float, str, str]]] = {piece.id: [] for piece in cut_list.pieces}
+    for mark in cut_list.marks:
+        sides = {one.is_over for one in mark.crossings}
+        flag = ALONE if not sides else BETWEEN if len(sides) > 1 else OVER if True in sides else UNDER
+        of_piece[mark.piece.id].append((mark.at, mark.code, flag))
     rows = []
-    for k, (rod, is_ring) in enumerate(zip(sequence.strand.tolist(), sequence.is_ring.tolist())):
-        tied = [joint_name(int(joints.node[j]), j, len(plan.nodes)) for j in sequence.tied_at(k).tolist()]
-        after = (sequence.needed_by(k) + 1).tolist()
-        action = "weave in" if not is_ring else "set ring" if plan.axes.closed[rod] else "set rod"
-        rows.append((k + 1, action, plan.ids[rod], listed(tied), listed(after)))
-    return Table("sequence", ("step", "action", "rod", "joints_to_tie", "after"), rows)
+    for bar in cut_list.bars:
+        for piece in bar.pieces:
+            found = of_piece[piece.id]
+            if piece.splice_start:
+                found.append((piece.splice_start.reach, piece.splice_start.id, SPLICE))
+            if piece.splice_end:
+                found.append((piece.cut_length - piece.splice_end.reach, piece.splice_end.id, SPLICE))
+            rows.append((piece.id, mm(0.0), bar.id, START))
+            rows += [(piece.id, mm(at), code, flag) for at, code, flag in sorted(found)]
+            rows.append((piece.id, mm(piece.cut_length), bar.id, CUT))
+    return Table("machine", ("piece", "millimetres", "code", "flag"), rows)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,21 +7,21 @@ The pieces are rows one `ROW` apart, the first at the top, and all begin at one 
 
 from __future__ import annotations
 
-import io
+import re
 from collections.abc import Iterator
-from xml.etree import ElementTree as ET
+from xml.parsers.expat import ParserCreate
 
 import numpy as np
 
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
-from weavecore.fabricating.template_files import import_optional
 from weavecore.fabricating.templates import ROW, SCALE, SCALE_BAR, TICKS
 from weavecore.geometry.arrays import Floats
 
 _LIMIT = 0.01
 """How far a tick may be from its mark, and the scale bar from its length, in millimetres."""
 
-_SVG = "{http://www.w3.org/2000/svg}"
+_DXF_LINE = re.compile(rb"(?<=\n) *0\nLINE\n((?: *[1-9]\d*\n[^\n]*\n)+)(?= *0\n)")
+"""An entity of a DXF: pairs of a group code and a value up to the next code 0."""
 
 
 def check_templates(folder: WrittenFolder) -> Iterator[CheckResult]:
@@ -44,25 +44,32 @@ def check_templates(folder: WrittenFolder) -> Iterator[CheckResult]:
 
 def _read_dxf_lines(content: bytes) -> dict[str, Floats]:
     """The lines (n, 4) of every layer of a DXF, as x, y, x, y with y up."""
-    document = import_optional("ezdxf", "DXF").read(io.StringIO(content.decode()))
     lines: dict[str, list[tuple[float, ...]]] = {TICKS: [], SCALE: []}
-    for line in document.modelspace().query("LINE"):
-        (a, b, _), (c, d, _) = line.dxf.start, line.dxf.end
-        lines.setdefault(line.dxf.layer, []).append((a, b, c, d))
+    for found in _DXF_LINE.finditer(content):
+        parts = found.group(1).split(b"\n")
+        groups = dict(zip(map(bytes.strip, parts[::2]), parts[1::2]))
+        layer = groups[b"8"].decode()
+        if layer in lines:
+            lines[layer].append(tuple(float(groups[code]) for code in (b"10", b"20", b"11", b"21")))
     return {layer: np.array(rows, np.float64).reshape(-1, 4) for layer, rows in lines.items()}
 
 
 def _read_svg_lines(content: bytes) -> dict[str, Floats]:
     """The lines (n, 4) of every layer of an SVG, as x, y, x, y with y up."""
-    root = ET.fromstring(content)
-    lines = {}
-    for group in root.iter(f"{_SVG}g"):
-        if group.get("id"):
-            rows = [
-                [float(line.get(key, "nan")) for key in ("x1", "y1", "x2", "y2")] for line in group.iter(f"{_SVG}line")
-            ]
-            lines[str(group.get("id"))] = np.array(rows, np.float64).reshape(-1, 4) * (1, -1, 1, -1)
-    return lines
+    lines: dict[str, list[tuple[float, ...]]] = {TICKS: [], SCALE: []}
+    layer = [""]
+
+    def begin(name: str, attributes: dict[str, str]) -> None:
+        if name == "g":
+            layer[0] = attributes.get("id", "")
+        elif name == "line" and layer[0] in lines:
+            lines[layer[0]].append(tuple(float(attributes.get(key, "nan")) for key in ("x1", "y1", "x2", "y2")))
+
+    # A stream of events: a tree of the elements of a large weave takes a gigabyte.
+    parser = ParserCreate()
+    parser.StartElementHandler = begin
+    parser.Parse(content, True)
+    return {key: np.array(rows, np.float64).reshape(-1, 4) * (1, -1, 1, -1) for key, rows in lines.items()}
 
 
 def _marks(folder: WrittenFolder) -> Floats:

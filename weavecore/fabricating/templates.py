@@ -2,11 +2,11 @@
 
 ::
 
-              over A12   under B07        turned by 90 degrees, above the tick: which rod crosses
-                 ╲          │
+              over A12 R  under B07 L    turned by 90 degrees, above the tick: which rod crosses, and whether it
+                 ╲          │            goes on to the left or to the right
     A03-1  ╞══════╪═════════╪══════╡  A03-1      names at both ends
     start         │         ╲       end, cut 812.4
-                120.0      304.5                 below: distance from the start of the piece in mm
+            J0041 120.0  J0053 304.5     below: code of the joint, distance from the start of the piece in mm
 
 The rod is seen from outside of the surface.  x runs right and y up, in millimetres.  Labels that would overlap are
 moved aside with a line to their tick, by the pool adjacent violators algorithm (isotonic regression), in time linear
@@ -15,10 +15,12 @@ in their number.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Optional
 
+from weavecore.fabricating import marks as sides
+from weavecore.fabricating.drawing import BOLD, LEFT, LINE_STEP, MIDDLE, RIGHT, TEXT_HEIGHT, THIN, Drawing
 from weavecore.fabricating.marks import OVER, UNDER, Mark
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice
@@ -36,27 +38,24 @@ LAYERS = {
 """Layers and their colours (red, green, blue from 0 to 255): outlines of rods, ticks at marks, texts at ticks, names of
 pieces, splices, and the scale bar with the statement."""
 
-LEFT, MIDDLE, RIGHT = "left", "middle", "right"
+_SIDES = {sides.LEFT: "L", sides.RIGHT: "R"}
 
-ROW = 42.0
-"""Height of a piece with its texts, in millimetres: the longest label, ``under A123``, and distances below."""
+ROW = 53.0
+"""Height of a piece with its texts, in millimetres: ``under A123 R`` above, ``J0123 1234.5`` below; 5 fit on A3."""
 
 SCALE_BAR = 100.0
 """Length of the scale bar in millimetres."""
 
-_TICK, _SHORT_TICK, _LEADER = 4.0, 2.0, 2.5
+_TICK, _SHORT_TICK, _LEADER = 3.0, 1.5, 2.0
 """Half the height of a tick, and of one without a crossing; height of the line from a tick to its label."""
 
-_NAME_HEIGHT, _TEXT_HEIGHT = 4.2, 2.6
-"""Heights of capitals in millimetres: names are read from an arm's length, the others close by."""
-
-_LINE = 3.6
-"""Distance of base lines, in millimetres."""
+_NAME_HEIGHT = 4.2
+"""Height of capitals in millimetres of names, which are read from an arm's length."""
 
 _LEAST_HALF_WIDTH = 0.5
 """Thin rods are drawn 1 mm thick, so that their two outlines do not merge on paper."""
 
-_THIN, _TICK_WIDTH, _BOLD, _SPLICE_WIDTH = 0.18, 0.25, 0.35, 0.5
+_TICK_WIDTH, _SPLICE_WIDTH = 0.25, 0.5
 """Line widths in millimetres."""
 
 _NAME_WIDTH = 28.0
@@ -67,114 +66,6 @@ _MARGIN, _FOOT = 9.0, 20.0
 
 _SECTION_STEP = 20.0
 """Sections of pieces on pages are multiples of this length, in millimetres."""
-
-
-@dataclass(frozen=True)
-class DrawnLine:
-    """A straight line.
-
-    Parameters
-    ----------
-    x1, y1, x2, y2 : float
-    layer : str
-    width : float
-    is_dashed : bool
-        Where a piece continues on another page.
-    """
-
-    x1: float
-    y1: float
-    x2: float
-    y2: float
-    layer: str
-    width: float = _THIN
-    is_dashed: bool = False
-
-
-@dataclass(frozen=True)
-class DrawnText:
-    """A text.
-
-    Parameters
-    ----------
-    x, y : float
-        Point on the base line at which the text begins, is centred or ends, by ``anchor``.
-    text : str
-    height : float
-        Of its capitals.
-    layer : str
-    anchor : str
-        ``"left"``, ``"middle"`` or ``"right"``.
-    is_turned : bool
-        Whether it runs upwards.
-    bold : bool
-    """
-
-    x: float
-    y: float
-    text: str
-    height: float
-    layer: str
-    anchor: str = LEFT
-    is_turned: bool = False
-    bold: bool = False
-
-
-@dataclass
-class TemplateDrawing:
-    """The lines and texts of one sheet, before they are written in a format.
-
-    Parameters
-    ----------
-    lines : list of DrawnLine
-    texts : list of DrawnText
-    """
-
-    lines: list[DrawnLine] = field(default_factory=list)
-    texts: list[DrawnText] = field(default_factory=list)
-
-    def line(
-        self, x1: float, y1: float, x2: float, y2: float, layer: str, *, width: float = _THIN, is_dashed: bool = False
-    ) -> None:
-        """Add a line."""
-        self.lines.append(DrawnLine(x1, y1, x2, y2, layer, width, is_dashed))
-
-    def text(
-        self,
-        x: float,
-        y: float,
-        text: str,
-        height: float,
-        layer: str,
-        *,
-        anchor: str = LEFT,
-        is_turned: bool = False,
-        bold: bool = False,
-    ) -> None:
-        """Add a text."""
-        self.texts.append(DrawnText(x, y, text, height, layer, anchor, is_turned, bold))
-
-    def moved(self, x: float, y: float) -> TemplateDrawing:
-        """The drawing, moved by (x, y)."""
-        return TemplateDrawing(
-            [replace(one, x1=one.x1 + x, x2=one.x2 + x, y1=one.y1 + y, y2=one.y2 + y) for one in self.lines],
-            [replace(one, x=one.x + x, y=one.y + y) for one in self.texts],
-        )
-
-
-@dataclass(frozen=True)
-class TemplateSheet:
-    """A drawing and its size in millimetres.
-
-    Parameters
-    ----------
-    drawing : TemplateDrawing
-    width, height : float
-    """
-
-    drawing: TemplateDrawing
-    width: float
-    height: float
 
 
 @dataclass(frozen=True)
@@ -214,7 +105,7 @@ def strips_of(pieces: Sequence[Piece], marks: Sequence[Mark]) -> list[TemplateSt
     return [TemplateStrip(piece, tuple(of_piece[piece.id]), 0.0, piece.cut_length) for piece in pieces]
 
 
-def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str) -> TemplateSheet:
+def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, *, from_corner: bool) -> Drawing:
     """Draw all pieces whole, one below the other, for plotters and lasers.
 
     Parameters
@@ -223,33 +114,24 @@ def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str) ->
     strips : sequence of TemplateStrip
     statement : str
         Origin of the file.
+    from_corner : bool
+        Whether the lower left corner of the sheet is at 0, for formats without negative coordinates.  Else the k-th
+        piece begins at x = 0 and has its axis at y = -`ROW` (k + 1/2).
 
     Returns
     -------
-    TemplateSheet
-        The k-th piece begins at x = 0 and has its axis at y = -`ROW` (k + 1/2).
+    Drawing
     """
-    drawing = TemplateDrawing()
-    for k, strip in enumerate(strips):
-        _draw_strip(drawing, plan, strip, 0.0, -ROW * (k + 0.5))
-    _draw_scale(drawing, 0.0, _FOOT, statement)
     longest = max([strip.high for strip in strips], default=0.0)
-    return TemplateSheet(drawing, longest + 2 * (_NAME_WIDTH + _MARGIN), ROW * len(strips) + 2 * _FOOT + _MARGIN)
+    drawing = Drawing(LAYERS, longest + 2 * (_NAME_WIDTH + _MARGIN), ROW * len(strips) + 2 * _FOOT + _MARGIN)
+    x, top = (_NAME_WIDTH + _MARGIN, drawing.height - 2 * _FOOT - _MARGIN / 2) if from_corner else (0.0, 0.0)
+    for k, strip in enumerate(strips):
+        _draw_strip(drawing, plan, strip, x, top - ROW * (k + 0.5))
+    _draw_scale(drawing, x, top + _FOOT, statement)
+    return drawing
 
 
-def moved_to_origin(sheet: TemplateSheet) -> TemplateSheet:
-    """Move a sheet of `draw_roll` so that its lower left corner is at 0, for formats without negative coordinates.
-
-    Parameters
-    ----------
-    sheet : TemplateSheet
-    """
-    return TemplateSheet(
-        sheet.drawing.moved(_NAME_WIDTH + _MARGIN, sheet.height - 2 * _FOOT - _MARGIN / 2), sheet.width, sheet.height
-    )
-
-
-def draw_pages(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, paper: str) -> list[TemplateSheet]:
+def draw_pages(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, paper: str) -> Iterator[Drawing]:
     """Draw the pieces on pages, long ones in sections and short ones beside each other; each page with a scale bar.
 
     Parameters
@@ -261,25 +143,23 @@ def draw_pages(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, p
     paper : str
         One of `PAPERS`.
 
-    Returns
-    -------
-    list of TemplateSheet
+    Yields
+    ------
+    Drawing
     """
     width, height = PAPERS[paper]
     rows = _fill_rows(strips, width - 2 * _MARGIN)
     per_page = int((height - _MARGIN - _FOOT) // ROW)
-    pages = []
     count = max(1, -(-len(rows) // per_page))
     for number in range(count):
-        drawing = TemplateDrawing()
+        drawing = Drawing(LAYERS, width, height)
         for k, row in enumerate(rows[number * per_page : (number + 1) * per_page]):
             for x, section in row:
                 _draw_strip(drawing, plan, section, _MARGIN + x, height - _MARGIN - ROW * (k + 0.5))
         _draw_scale(drawing, _NAME_WIDTH + _MARGIN, _MARGIN + 3.0, statement)
         note = f"page {number + 1} of {count}, print at 100 %"
-        drawing.text(width - _MARGIN, _MARGIN - _TEXT_HEIGHT, note, _TEXT_HEIGHT, SCALE, anchor=RIGHT)
-        pages.append(TemplateSheet(drawing, width, height))
-    return pages
+        drawing.text(width - _MARGIN, _MARGIN - TEXT_HEIGHT, note, TEXT_HEIGHT, SCALE, anchor=RIGHT)
+        yield drawing
 
 
 def _fill_rows(strips: Sequence[TemplateStrip], width: float) -> list[list[tuple[float, TemplateStrip]]]:
@@ -323,7 +203,7 @@ def sections_of(strip: TemplateStrip, longest: float) -> list[TemplateStrip]:
     return sections
 
 
-def _draw_strip(drawing: TemplateDrawing, plan: RodPlan, strip: TemplateStrip, x: float, y: float) -> None:
+def _draw_strip(drawing: Drawing, plan: RodPlan, strip: TemplateStrip, x: float, y: float) -> None:
     """Draw a strip whose left end is at ``x`` and whose axis is at ``y``."""
     half = max(plan.diameter / 2, _LEAST_HALF_WIDTH)
     shift = x - strip.low
@@ -332,14 +212,14 @@ def _draw_strip(drawing: TemplateDrawing, plan: RodPlan, strip: TemplateStrip, x
     drawing.line(x, y - half, right, y - half, ROD)
     is_first, is_last = strip.low == 0.0, strip.high == strip.piece.cut_length
     for at, is_end in ((x, is_first), (right, is_last)):
-        drawing.line(at, y - half - 1, at, y + half + 1, ROD, width=_BOLD if is_end else _THIN, is_dashed=not is_end)
+        drawing.line(at, y - half - 1, at, y + half + 1, ROD, width=BOLD if is_end else THIN, is_dashed=not is_end)
     _draw_names(drawing, strip, x, right, y, is_first, is_last)
     _draw_splices(drawing, strip, shift, y, half)
     _draw_ticks(drawing, plan, strip, shift, y)
 
 
 def _draw_names(
-    drawing: TemplateDrawing, strip: TemplateStrip, x: float, right: float, y: float, is_first: bool, is_last: bool
+    drawing: Drawing, strip: TemplateStrip, x: float, right: float, y: float, is_first: bool, is_last: bool
 ) -> None:
     piece = strip.piece
     start = ["start", *_splice_note(piece.splice_start)] if is_first else [f"from {strip.low:.0f}"]
@@ -350,14 +230,14 @@ def _draw_names(
         drawing.text(at + aside, y + 0.8, piece.id, _NAME_HEIGHT, NAMES, anchor=anchor, bold=True)
         for k, note in enumerate(notes):
             layer = SPLICES if k else NAMES
-            drawing.text(at + aside, y - 3.4 - _LINE * k, note, _TEXT_HEIGHT, layer, anchor=anchor)
+            drawing.text(at + aside, y - 3.4 - LINE_STEP * k, note, TEXT_HEIGHT, layer, anchor=anchor)
 
 
 def _splice_note(splice: Optional[Splice]) -> list[str]:
     return [f"{splice.kind} {splice.id}"] if splice else []
 
 
-def _draw_splices(drawing: TemplateDrawing, strip: TemplateStrip, shift: float, y: float, half: float) -> None:
+def _draw_splices(drawing: Drawing, strip: TemplateStrip, shift: float, y: float, half: float) -> None:
     piece = strip.piece
     ends = ((piece.splice_start, 0.0, True), (piece.splice_end, piece.cut_length, False))
     for splice, end, is_start in ends:
@@ -369,27 +249,28 @@ def _draw_splices(drawing: TemplateDrawing, strip: TemplateStrip, shift: float, 
             drawing.line(a, y - half - 1.0, b, y - half - 1.0, SPLICES, width=_SPLICE_WIDTH)
 
 
-def _draw_ticks(drawing: TemplateDrawing, plan: RodPlan, strip: TemplateStrip, shift: float, y: float) -> None:
+def _draw_ticks(drawing: Drawing, plan: RodPlan, strip: TemplateStrip, shift: float, y: float) -> None:
     for mark in strip.marks:
         reach = _TICK if mark.crossings else _SHORT_TICK
         drawing.line(mark.at + shift, y - reach, mark.at + shift, y + reach, TICKS, width=_TICK_WIDTH)
     # Where a rod passes a node alone there is nothing to tie: a short tick without a label.
     marks = [mark for mark in strip.marks if mark.crossings]
     ticks = [mark.at + shift for mark in marks]
-    widths = [_LINE * len(mark.crossings) for mark in marks]
+    widths = [LINE_STEP * len(mark.crossings) for mark in marks]
     places = spread_labels(ticks, widths, low=strip.low + shift, high=strip.high + shift)
     for mark, tick, place in zip(marks, ticks, places):
         above, below = y + _TICK + _LEADER, y - _TICK - _LEADER
         drawing.line(tick, y + _TICK, place, above, LABELS)
         drawing.line(tick, y - _TICK, place, below, LABELS)
-        first = place - _LINE * (len(mark.crossings) - 1) / 2 + _TEXT_HEIGHT / 2 - 0.2
+        first = place - LINE_STEP * (len(mark.crossings) - 1) / 2 + TEXT_HEIGHT / 2 - 0.2
         for k, other in enumerate(mark.crossings):
-            text = f"{OVER if other.is_over else UNDER} {plan.ids[other.rod]}"
-            drawing.text(first + k * _LINE, above + 0.8, text, _TEXT_HEIGHT, LABELS, is_turned=True, bold=other.is_over)
-        at = f"{mark.at:.1f}"
-        drawing.text(
-            place + _TEXT_HEIGHT / 2 - 0.2, below - 0.8, at, _TEXT_HEIGHT, LABELS, is_turned=True, anchor=RIGHT
-        )
+            side = OVER if other.is_over else UNDER
+            text = f"{side} {plan.ids[other.rod]} {_SIDES[other.side]}"
+            drawing.text(
+                first + k * LINE_STEP, above + 0.8, text, TEXT_HEIGHT, LABELS, is_turned=True, bold=other.is_over
+            )
+        at = f"{mark.code} {mark.at:.1f}"
+        drawing.text(place + TEXT_HEIGHT / 2 - 0.2, below - 0.8, at, TEXT_HEIGHT, LABELS, is_turned=True, anchor=RIGHT)
 
 
 def spread_labels(wanted: Sequence[float], widths: Sequence[float], *, low: float, high: float) -> list[float]:
@@ -425,12 +306,12 @@ def spread_labels(wanted: Sequence[float], widths: Sequence[float], *, low: floa
     return [start + edges[k] + widths[k] / 2 for k, start in enumerate(starts)]
 
 
-def _draw_scale(drawing: TemplateDrawing, x: float, y: float, statement: str) -> None:
+def _draw_scale(drawing: Drawing, x: float, y: float, statement: str) -> None:
     """Draw the scale bar from ``x``, and the statement beside it."""
-    drawing.line(x, y, x + SCALE_BAR, y, SCALE, width=_BOLD)
+    drawing.line(x, y, x + SCALE_BAR, y, SCALE, width=BOLD)
     for k in range(11):
         drawing.line(x + 10 * k, y, x + 10 * k, y + (3.0 if k % 5 == 0 else 1.8), SCALE)
-    drawing.text(x, y - 3.6, "0", _TEXT_HEIGHT, SCALE, anchor=MIDDLE)
-    drawing.text(x + SCALE_BAR, y - 3.6, "100 mm", _TEXT_HEIGHT, SCALE, anchor=MIDDLE)
+    drawing.text(x, y - 3.6, "0", TEXT_HEIGHT, SCALE, anchor=MIDDLE)
+    drawing.text(x + SCALE_BAR, y - 3.6, "100 mm", TEXT_HEIGHT, SCALE, anchor=MIDDLE)
     for k, line in enumerate(statement.split("; input ")):
-        drawing.text(x + SCALE_BAR + 12, y - _LINE * k, f"input {line}" if k else line, _TEXT_HEIGHT, SCALE)
+        drawing.text(x + SCALE_BAR + 12, y - LINE_STEP * k, f"input {line}" if k else line, TEXT_HEIGHT, SCALE)

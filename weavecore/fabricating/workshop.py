@@ -47,8 +47,6 @@ class Workshop:
     splice : str
         ``"overlap"``: two pieces side by side past two crossings and 30 diameters; ``"sleeve"``: end to end in
         a tube of 20 diameters between two crossings.
-    overhang : float
-        Extra length at the free ends of rods, beyond the ends of their axes (ten diameters past the last joint).
     kerf : float
         Length that the saw removes at each cut.
     templates : tuple of str
@@ -63,14 +61,13 @@ class Workshop:
 
     stock: float = 6000.0
     splice: str = OVERLAP
-    overhang: float = 0.0
     kerf: float = 0.0
     templates: tuple[str, ...] = TEMPLATES
     paper: str = "A3"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "templates", tuple(self.templates))
-        for label, least in (("stock", 1.0), ("overhang", 0.0), ("kerf", 0.0)):
+        for label, least in (("stock", 1.0), ("kerf", 0.0)):
             value = getattr(self, label)
             if not least <= value < _MOST_MM:
                 raise Unsupported(

@@ -14,24 +14,41 @@ from typing import Callable, Optional
 
 from weavecore.fabricating.csv_tables import Source, Table
 from weavecore.fabricating.equilibrium_checks import check_equilibrium
+from weavecore.fabricating.drawing_files import encode_dxf, encode_pdf, encode_svg, import_optional
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.folder_report import check_files, encode_report, summarize_checks
+from weavecore.fabricating.labels import draw_labels
 from weavecore.fabricating.marks import mark_pieces
 from weavecore.fabricating.nesting import nest_pieces
 from weavecore.fabricating.plan import RodPlan, plan_rods
 from weavecore.fabricating.splices import cut_rods
+from weavecore.fabricating.steps import split_steps
 from weavecore.fabricating.tables import CutList, build_tables
-from weavecore.fabricating.template_files import encode_dxf, encode_pdf, encode_svg, import_optional
-from weavecore.fabricating.templates import draw_pages, draw_roll, moved_to_origin, strips_of
+from weavecore.fabricating.templates import draw_pages, draw_roll, strips_of
 from weavecore.fabricating.ties import find_ties
+from weavecore.fabricating.views import Views, draw_sheets, stack_sheets
 from weavecore.fabricating.workshop import DXF, PDF, SVG, TEMPLATES, Workshop
 from weavecore.model import BuildSequence, Weave
 
 Progress = Callable[[float, str], None]
 """Called with the fraction that is done, from 0 to 1, and a label."""
 
-TABLES = ("rods", "pieces", "splices", "nesting", "marks", "joints", "axes", "sequence", "bom", "report")
-NAMES = (*(f"{table}.csv" for table in TABLES), *(f"templates.{ending}" for ending in TEMPLATES), "report.txt")
+TABLES = (
+    "rods",
+    "pieces",
+    "splices",
+    "nesting",
+    "marks",
+    "joints",
+    "axes",
+    "clashes",
+    "sequence",
+    "machine",
+    "bom",
+    "report",
+)
+DRAWINGS = (*(f"{name}.{ending}" for name in ("templates", "drawings") for ending in TEMPLATES), "labels.pdf")
+NAMES = (*(f"{table}.csv" for table in TABLES), *DRAWINGS, "report.txt")
 """All files that are written here."""
 
 _LIBRARIES = {DXF: "ezdxf", PDF: "reportlab"}
@@ -121,9 +138,10 @@ def fabricate_weave(
     update(0.0, "cutting the rods")
     pieces, splices = cut_rods(plan, workshop)
     bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf)
-    cut_list = CutList(pieces, splices, bars, mark_pieces(plan, pieces), find_ties(plan))
+    marks, ties = mark_pieces(plan, pieces), find_ties(plan)
+    cut_list = CutList(pieces, splices, bars, marks, ties, split_steps(plan, pieces, marks, ties, sequence))
     update(0.2, "writing the tables")
-    tables = [*build_tables(plan, workshop, cut_list, sequence), *equilibrium_tables]
+    tables = [*build_tables(plan, workshop, cut_list), *equilibrium_tables]
     files = {f"{table.name}.csv": table.encode(source) for table in tables}
     update(0.4, "drawing the templates")
     files.update(_templates(plan, cut_list, workshop, source))
@@ -134,21 +152,26 @@ def fabricate_weave(
 
 
 def _templates(plan: RodPlan, cut_list: CutList, workshop: Workshop, source: Source) -> dict[str, bytes]:
-    """The templates of the formats that the workshop asks for, by file name."""
+    """Templates, drawings and labels, in the formats that the workshop asks for, by file name."""
     files = {}
     strips = strips_of(cut_list.pieces, cut_list.marks)
     statement = source.line("templates").replace("table ", "1:1 ")
-    if DXF in workshop.templates or SVG in workshop.templates:
-        roll = draw_roll(plan, strips, statement)
-        if DXF in workshop.templates:
-            files["templates.dxf"] = encode_dxf(roll.drawing, statement)
-        if SVG in workshop.templates:
-            corner = moved_to_origin(roll)
-            files["templates.svg"] = encode_svg(corner.drawing, corner.width, corner.height, statement)
-    if PDF in workshop.templates:
+    drawn = source.line("drawings").replace("table ", "")
+    kinds = workshop.templates
+    views = Views.of(plan, workshop.paper) if kinds else None
+    sheets = list(draw_sheets(views, cut_list.steps, cut_list.ties, drawn)) if views else []
+    if views and DXF in kinds:
+        files["templates.dxf"] = encode_dxf(draw_roll(plan, strips, statement, from_corner=False), statement)
+        files["drawings.dxf"] = encode_dxf(stack_sheets(sheets, views.scale), drawn)
+    if SVG in kinds:
+        files["templates.svg"] = encode_svg(draw_roll(plan, strips, statement, from_corner=True), statement)
+        files["drawings.svg"] = encode_svg(stack_sheets(sheets), drawn)
+    if PDF in kinds:
         pages = draw_pages(plan, strips, statement, workshop.paper)
-        width, height = pages[0].width, pages[0].height
-        files["templates.pdf"] = encode_pdf([page.drawing for page in pages], width, height, statement)
+        files["templates.pdf"] = encode_pdf(pages, "templates", statement)
+        files["drawings.pdf"] = encode_pdf(sheets, "drawings", drawn)
+        labels = draw_labels(plan, strips, cut_list.bars, cut_list.steps)
+        files["labels.pdf"] = encode_pdf(labels, "labels", source.line("labels").replace("table ", ""))
     return files
 
 

@@ -174,6 +174,33 @@ def sorted_unique(values: Ints) -> Ints:
     return unique
 
 
+def range_maxima(values: Floats, first: Ints, last: Ints) -> Floats:
+    """Greatest of ``values[first:last]``, for many ranges of one array.
+
+    A table holds the greatest of every 1, 2, 4… values in a row (a sparse table), and two of its entries cover a range.
+    O(N log N) for the table, O(1) for each range.
+
+    Parameters
+    ----------
+    values : (N,) float64
+    first, last : (K,) int64
+
+    Returns
+    -------
+    (K,) float64
+        0 of an empty range.
+    """
+    greatest = np.zeros(len(first))
+    count = np.maximum(last - first, 0)
+    level = np.frexp(np.maximum(count, 1).astype(np.float64))[1] - 1
+    row = np.asarray(values, np.float64)
+    for k in range(int(level.max(initial=-1)) + 1):
+        at = np.flatnonzero((level == k) & (count > 0))
+        greatest[at] = np.maximum(row[first[at]], row[last[at] - 2**k])
+        row = np.maximum(row[: len(row) - 2**k], row[2**k :]) if len(row) > 2**k else row
+    return greatest
+
+
 # Closed loops and permutations
 
 

@@ -19,6 +19,7 @@ from weavecore.geometry.splines import SplineRows, cubic_points, pieces_of, span
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
+from weavecore.tolerances import CLASH
 from weavecore.weaving.clash_work import LARGEST_RUN, PIECES_PER_DIAMETER
 
 _SIZES = (LARGEST_RUN, 16, 4, 1)
@@ -29,9 +30,6 @@ _OWN_REACH = 4.0
 
 _LITTLE_TURN = 1.0
 """Radians; half of them leave the two ends of four diameters of a rod three and a half diameters apart."""
-
-TOLERANCE = 0.02
-"""Part of a diameter by which axes may come nearer than one diameter."""
 
 REACH = 3.0
 """The nearest places are looked for so many diameters along each rod, and no further than half an edge."""
@@ -54,7 +52,7 @@ def find_clashes(axes: RodAxes, rod_diameter: float) -> Clashes:
     Clashes
         Each pair of rods once, at the place where they are nearest; the nearest pair first.
     """
-    least = rod_diameter * (1.0 - TOLERANCE)
+    least = rod_diameter * (1.0 - CLASH)
     cubics = _Cubics(axes, rod_diameter / PIECES_PER_DIAMETER)
     chunks = cubics.chunks(
         np.arange(len(cubics.start)), np.zeros(len(cubics.start), np.int64), cubics.n_pieces, _SIZES[0]

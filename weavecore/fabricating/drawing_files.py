@@ -1,0 +1,329 @@
+"""Drawings as DXF, SVG and PDF, all in millimetres and free of dates.
+
+DXF has x right and y up as the drawings do; SVG has y down, so y is replaced by height - y; PDF has points, so
+pages are scaled by 72 / 25.4.  ezdxf and reportlab make the frame of a file: header, tables and fonts.  The entities
+are written as text, one after the other, because hundreds of thousands of objects take these libraries minutes.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any, Callable
+from xml.sax.saxutils import escape
+
+from weavecore.errors import Unsupported
+from weavecore.fabricating.drawing import LEFT, MIDDLE, RIGHT, Drawing, DrawnLine, DrawnPath, DrawnText
+
+_MILLIMETRES = 4
+"""$INSUNITS of DXF."""
+
+_METRIC = 1
+"""$MEASUREMENT of DXF: line types and hatches in metric units."""
+
+_BLACK_OR_WHITE = 7
+"""The colour index that is black on a white background and white on a black one."""
+
+_LINE_WEIGHTS = (9, 13, 18, 25, 35, 50)
+"""Those of DXF that the drawings come near, in hundredths of a millimetre."""
+
+_ANCHORS = {LEFT: "start", MIDDLE: "middle", RIGHT: "end"}
+_ALIGNMENTS = {LEFT: 0, MIDDLE: 1, RIGHT: 2}
+"""Group 72 of a text of DXF."""
+
+_HEIGHT_TO_SIZE = 1.39
+"""Size of a sans-serif type over the height of its capitals: Helvetica's are 0.718 em high."""
+
+_DASHES = (1.5, 1.0)
+"""Dash and gap, in millimetres."""
+
+_POINTS_PER_MM = 72 / 25.4
+
+_ENTITIES = "  0\nSECTION\n  2\nENTITIES\n"
+"""Begin of the section of a DXF that the entities are inserted into."""
+
+
+def encode_dxf(drawing: Drawing, statement: str) -> bytes:
+    """Write a drawing as DXF R2010, 1:1 in millimetres in the model space.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    statement : str
+        Origin of the file, written as a custom property of the document.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    Unsupported
+        Where ezdxf is not installed.
+    """
+    ezdxf = import_optional("ezdxf", "DXF")
+    with _without_dates(ezdxf):
+        document = ezdxf.new("R2010", setup=["linetypes"])
+        document.header["$INSUNITS"] = _MILLIMETRES
+        document.header["$MEASUREMENT"] = _METRIC
+        document.header.custom_vars.append("weavecore", statement)
+        document.styles.add("SANS", font="arial.ttf")
+        for layer, colour in drawing.layers.items():
+            entry = document.layers.add(layer, color=_BLACK_OR_WHITE)
+            if any(colour):
+                entry.rgb = colour
+        handles = document.entitydb.handles
+        first = int(handles.next(), 16)
+        entities = "".join(_dxf_entities(drawing, first, document.modelspace().layout_key))
+        count = len(drawing.lines) + len(drawing.paths) + len(drawing.texts)
+        handles.reset(f"{first + count:X}")
+        _sort_classes(document)
+        stream = io.StringIO()
+        document.write(stream)
+    before, after = stream.getvalue().split(_ENTITIES, 1)
+    return f"{before}{_ENTITIES}{entities}{after}".encode(document.output_encoding, "dxfreplace")
+
+
+def _dxf_entities(drawing: Drawing, handle: int, owner: str) -> Iterator[str]:
+    """The group codes of every entity, handles counting up."""
+    for one in drawing.lines:
+        style = "6\nDASHED\n" if one.is_dashed else ""
+        yield (
+            f"0\nLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{one.layer}\n{style}370\n{_weight(one.width)}\n"
+            f"100\nAcDbLine\n10\n{one.x1:.4f}\n20\n{one.y1:.4f}\n30\n0.0\n11\n{one.x2:.4f}\n21\n{one.y2:.4f}\n31\n0.0\n"
+        )
+        handle += 1
+    for path in drawing.paths:
+        points = "".join(f"10\n{x:.4f}\n20\n{y:.4f}\n" for x, y in path.points.tolist())
+        yield (
+            f"0\nLWPOLYLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{path.layer}\n370\n{_weight(path.width)}\n"
+            f"100\nAcDbPolyline\n90\n{len(path.points)}\n70\n0\n{points}"
+        )
+        handle += 1
+    for text in drawing.texts:
+        turn, x, y = 90.0 if text.is_turned else 0.0, f"{text.x:.4f}", f"{text.y:.4f}"
+        align = _ALIGNMENTS[text.anchor]
+        second = f"72\n{align}\n11\n{x}\n21\n{y}\n31\n0.0\n" if align else ""
+        yield (
+            f"0\nTEXT\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{text.layer}\n100\nAcDbText\n"
+            f"10\n{x}\n20\n{y}\n30\n0.0\n40\n{text.height}\n1\n{text.text}\n50\n{turn}\n7\nSANS\n{second}"
+            "100\nAcDbText\n"
+        )
+        handle += 1
+
+
+def _weight(width: float) -> int:
+    """The nearest line weight of DXF, in hundredths of a millimetre."""
+    return min(_LINE_WEIGHTS, key=lambda weight: abs(weight - width * 100))
+
+
+def _sort_classes(document: Any) -> None:
+    """Sort the CLASSES section: ezdxf fills it from a set, whose order changes with the hash seed of the process."""
+    classes = document.classes
+    classes.add_required_classes(document.dxfversion)
+    classes.classes = dict(sorted(classes.classes.items()))
+
+
+@contextmanager
+def _without_dates(ezdxf: object) -> Iterator[None]:
+    """Leave the date and random ids out of the file, so that the same input gives the same bytes."""
+    options = getattr(ezdxf, "options")  # noqa: B009 - mypy knows the module only where it is installed.
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+
+
+def encode_svg(drawing: Drawing, statement: str) -> bytes:
+    """Write a drawing as SVG, 1:1: one user unit is a millimetre.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        With y up, from 0 to its width and height; SVG has y down.
+    statement : str
+        Origin of the file, written as its title.
+
+    Returns
+    -------
+    bytes
+    """
+    width, height = drawing.width, drawing.height
+    size = f'width="{width:.3f}mm" height="{height:.3f}mm" viewBox="0 0 {width:.3f} {height:.3f}"'
+    parts = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="Helvetica, Arial, sans-serif">',
+        f"<title>{escape(statement)}</title>",
+        f'<rect width="{width:.3f}" height="{height:.3f}" fill="white"/>',
+    ]
+    lines, paths, texts = (_by(items, lambda one: one.layer) for items in (drawing.lines, drawing.paths, drawing.texts))
+    for layer, colour in drawing.layers.items():
+        rgb = "#{:02x}{:02x}{:02x}".format(*colour)
+        parts.append(f'<g id="{layer}" stroke="{rgb}" fill="none">')
+        parts += [_svg_line(one, height) for one in lines.get(layer, ())]
+        parts += [_svg_path(one, height) for one in paths.get(layer, ())]
+        parts.append(f'</g><g class="{layer}" fill="{rgb}">')
+        parts += [_svg_text(one, height) for one in texts.get(layer, ())]
+        parts.append("</g>")
+    return "\n".join([*parts, "</svg>\n"]).encode()
+
+
+def _by(items: Iterable[Any], key: Callable[[Any], Any]) -> Mapping[Any, list[Any]]:
+    """The items of each key, in their order."""
+    found: dict[Any, list[Any]] = {}
+    for one in items:
+        found.setdefault(key(one), []).append(one)
+    return found
+
+
+def _svg_line(one: DrawnLine, height: float) -> str:
+    dashes = f' stroke-dasharray="{_DASHES[0]:g} {_DASHES[1]:g}"' if one.is_dashed else ""
+    return (
+        f'<line x1="{one.x1:.3f}" y1="{height - one.y1:.3f}" x2="{one.x2:.3f}" y2="{height - one.y2:.3f}" '
+        f'stroke-width="{one.width:g}"{dashes}/>'
+    )
+
+
+def _svg_path(one: DrawnPath, height: float) -> str:
+    points = " ".join(f"{x:.3f},{height - y:.3f}" for x, y in one.points.tolist())
+    return f'<polyline points="{points}" stroke-width="{one.width:g}"/>'
+
+
+def _svg_text(one: DrawnText, height: float) -> str:
+    x, y = f"{one.x:.3f}", f"{height - one.y:.3f}"
+    place = f'transform="translate({x} {y}) rotate(-90)"' if one.is_turned else f'x="{x}" y="{y}"'
+    bold = ' font-weight="bold"' if one.bold else ""
+    return (
+        f'<text {place} font-size="{one.height * _HEIGHT_TO_SIZE:.2f}" text-anchor="{_ANCHORS[one.anchor]}"{bold}>'
+        f"{escape(one.text)}</text>"
+    )
+
+
+def encode_pdf(pages: Iterable[Drawing], title: str, statement: str) -> bytes:
+    """Write drawings as PDF, 1:1, one a page; they may be made one after the other.
+
+    Parameters
+    ----------
+    pages : iterable of Drawing
+    title : str
+    statement : str
+        Origin of the file, written as its subject.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    Unsupported
+        Where reportlab is not installed.
+    """
+    import_optional("reportlab", "PDF")
+    stream = io.BytesIO()
+    with _as_binary():
+        canvas = _new_canvas(stream, title, statement)
+        for page in pages:
+            _draw_page(canvas, page)
+        canvas.save()
+    return stream.getvalue()
+
+
+@contextmanager
+def _as_binary() -> Iterator[None]:
+    """Leave out the coding of pages as ASCII, which takes longer than all the rest."""
+    config = import_module("reportlab.rl_config")
+    before = config.useA85  # type: ignore[attr-defined]  # mypy knows the module only where it is installed.
+    config.useA85 = 0  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        config.useA85 = before  # type: ignore[attr-defined]
+
+
+def _new_canvas(stream: io.BytesIO, title: str, statement: str) -> Any:
+    from reportlab.pdfgen.canvas import Canvas
+
+    # Invariant: without a date and a random id.
+    canvas: Any = Canvas(stream, invariant=1)
+    canvas.setTitle(f"weavecore {title}")
+    canvas.setSubject(statement)
+    canvas.setCreator("weavecore")
+    # Printers should not shrink the page to their margins.
+    canvas.setViewerPreference("PrintScaling", "None")
+    return canvas
+
+
+def _draw_page(canvas: Any, page: Drawing) -> None:
+    """Draw a page; lines of one kind are one path, and texts of one font one text object."""
+    from reportlab.pdfbase.pdfmetrics import stringWidth
+
+    canvas.setPageSize((page.width * _POINTS_PER_MM, page.height * _POINTS_PER_MM))
+    canvas.scale(_POINTS_PER_MM, _POINTS_PER_MM)
+    for (layer, width, is_dashed), lines in _by(page.lines, lambda one: one[4:]).items():
+        _set_stroke(canvas, page, layer, width, is_dashed)
+        segments = [f"{x1:.3f} {y1:.3f} m {x2:.3f} {y2:.3f} l" for x1, y1, x2, y2, *_ in lines]
+        canvas.addLiteral("\n".join([*segments, "S"]))
+    for (layer, width), paths in _by(page.paths, lambda one: one[1:]).items():
+        _set_stroke(canvas, page, layer, width, False)
+        canvas.addLiteral("\n".join([*(_pdf_path(one) for one in paths), "S"]))
+    for (layer, bold, height), texts in _by(page.texts, lambda one: (one.layer, one.bold, one.height)).items():
+        font, size = "Helvetica-Bold" if bold else "Helvetica", height * _HEIGHT_TO_SIZE
+        canvas.setFillColorRGB(*(part / 255 for part in page.layers[layer]))
+        canvas.setFont(font, size)
+        shown = [_pdf_text(one, stringWidth(one.text, font, size)) for one in texts]
+        canvas.addLiteral("\n".join(["BT", *shown, "ET"]))
+    canvas.showPage()
+
+
+def _set_stroke(canvas: Any, page: Drawing, layer: str, width: float, is_dashed: bool) -> None:
+    canvas.setStrokeColorRGB(*(part / 255 for part in page.layers[layer]))
+    canvas.setLineWidth(width)
+    canvas.setDash(list(_DASHES) if is_dashed else [])
+
+
+def _pdf_path(one: DrawnPath) -> str:
+    first, *others = one.points.tolist()
+    return " ".join([f"{first[0]:.3f} {first[1]:.3f} m", *(f"{x:.3f} {y:.3f} l" for x, y in others)])
+
+
+def _pdf_text(one: DrawnText, width: float) -> str:
+    """The operators that place and show a text of that width."""
+    back = {LEFT: 0.0, MIDDLE: width / 2, RIGHT: width}[one.anchor]
+    place = ("0 1 -1 0", one.x, one.y - back) if one.is_turned else ("1 0 0 1", one.x - back, one.y)
+    text = one.text
+    if not text.isascii() or any(sign in text for sign in "\\()"):
+        # WinAnsi, the encoding of the standard fonts, is Windows' code page 1252.
+        coded = text.encode("cp1252", "replace")
+        text = "".join(chr(c) if 32 <= c < 127 and chr(c) not in "\\()" else f"\\{c:03o}" for c in coded)
+    return "{} {:.3f} {:.3f} Tm ({}) Tj".format(*place, text)
+
+
+def import_optional(library: str, template: str) -> Any:
+    """Import a library that only some drawings need.
+
+    Parameters
+    ----------
+    library : str
+    template : str
+        The kind of file, named in the error.
+
+    Returns
+    -------
+    module
+
+    Raises
+    ------
+    Unsupported
+        Where it is not installed, or not for this version of Python.
+    """
+    try:
+        return import_module(library)
+    except ImportError as error:
+        raise Unsupported(
+            f"{template} templates need {library}, which could not be imported: {str(error).splitlines()[0]}",
+            remedy='Install it with pip install "weavecore[fabricate]", or use --templates svg or --templates none.',
+        ) from None
