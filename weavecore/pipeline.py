@@ -195,7 +195,7 @@ def link(
 def weave(
     lattice: Lattice,
     *,
-    rod_diameter: Optional[float] = None,
+    rod_diameter: Union[float, Mapping[str, float], None] = None,
     stock: Optional[Sequence[float]] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
@@ -206,9 +206,10 @@ def weave(
     Parameters
     ----------
     lattice : Lattice
-    rod_diameter : float, optional
-        In the model's unit; by default the thickest stock diameter in which nearly all rods can be bent to their
-        places.
+    rod_diameter : float or mapping, optional
+        In the model's unit; one for all rods, or one for each family: ``{"latitudinal": 3.0, "longitudinal": 2.0}``,
+        where those of a ``"pocket"`` are as the longitudinal ones if they are not named.  By default the thickest
+        stock diameter in which nearly all rods can be bent to their places.
     stock : sequence of float, optional
         Diameters to choose from, in the model's unit; by default those in which the material is sold.
     material : str or Material

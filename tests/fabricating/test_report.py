@@ -150,6 +150,7 @@ BREAKS = [
     ("joints", conflict, "order_conflict_listed_wrongly"),
     ("marks", turn(3), "order_conflict_not_listed"),
     ("rods", put(1, "diameter", "1.500"), "axis_gap_at_joint_off_mm"),
+    ("rods", put(-3, "diameter", "1.500"), "bar_of_two_diameters"),
     ("rods", put(1, "diameter", "8.000"), "rods_that_intersect"),
     ("sequence", put(2, "rod", "A01"), "rod_not_set_once"),
     ("sequence", put(2, "after", "50"), "rod_set_before_what_it_needs"),

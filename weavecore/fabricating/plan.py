@@ -11,13 +11,13 @@ from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.splines import CurveSamples, points_at_stations
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
 _STEP_IN_DIAMETERS = 2.0
-"""The bending along a rod is sampled in steps of so many diameters where places for splices are rated."""
+"""Bending is sampled in steps of so many diameters of the thinnest rod where places for splices are rated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +46,11 @@ class RodPlan:
         """Names of the S rods."""
         return self.weave.ids
 
-    @property
-    def diameter(self) -> float:
-        """Diameter of the rods."""
-        return self.weave.rod_diameter * self.scale
+    @cached_property
+    def diameters(self) -> Floats:
+        """(S,) diameter of each rod."""
+        diameters: Floats = self.weave.diameters * self.scale
+        return diameters
 
     @property
     def spacing(self) -> float:
@@ -78,8 +79,9 @@ class RodPlan:
     @cached_property
     def bending(self) -> BendingProfile:
         """The utilisation of all rods along their length."""
-        samples = self.axes.samples(_STEP_IN_DIAMETERS * self.diameter)
-        return BendingProfile(samples, self.weave.material.least_bend * self.diameter * samples.curvatures)
+        samples = self.axes.samples(_STEP_IN_DIAMETERS * float(self.diameters.min(initial=np.inf)))
+        least_radius = self.weave.material.least_bend * self.diameters[rows_of(samples.offsets)]
+        return BendingProfile(samples, least_radius * samples.curvatures)
 
     def visits_at_joints(self, rod: int) -> Ints:
         """The visits of a rod that lie at joints, in order."""

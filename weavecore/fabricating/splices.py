@@ -224,7 +224,7 @@ def stagger(plan: RodPlan) -> float:
     ----------
     plan : RodPlan
     """
-    return max(_STAGGER_SPACINGS * plan.spacing, OVERLAP_DIAMETERS * plan.diameter)
+    return max(_STAGGER_SPACINGS * plan.spacing, OVERLAP_DIAMETERS * float(plan.diameters.max(initial=0.0)))
 
 
 def _candidates_between_joints(plan: RodPlan, workshop: Workshop, rod: int) -> list[Candidate]:
@@ -235,7 +235,7 @@ def _candidates_between_joints(plan: RodPlan, workshop: Workshop, rod: int) -> l
         return []
     after = np.append(stations[1:], stations[0] + length) if closed else stations[1:]
     before = stations[: len(after)]
-    reach = (after - before) / 2 + TAIL_DIAMETERS * plan.diameter
+    reach = (after - before) / 2 + TAIL_DIAMETERS * plan.diameters[rod]
     return _candidates(plan, workshop, rod, (before + after) / 2, reach)
 
 
@@ -252,9 +252,9 @@ def _candidates(plan: RodPlan, workshop: Workshop, rod: int, centres: Floats, re
     length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
     is_overlap = workshop.splice == OVERLAP
     if is_overlap:
-        half = np.maximum(reach, OVERLAP_DIAMETERS / 2 * plan.diameter)
+        half = np.maximum(reach, OVERLAP_DIAMETERS / 2 * plan.diameters[rod])
     else:
-        half = np.full(len(centres), workshop.sleeve_length(plan.diameter) / 2)
+        half = np.full(len(centres), workshop.sleeve_length(float(plan.diameters[rod])) / 2)
     if closed:  # A ring shorter than its overlap lies double all around.
         half = np.minimum(half, length / 2)
     else:

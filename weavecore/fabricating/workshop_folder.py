@@ -116,7 +116,7 @@ def fabricate_weave(
     plan = plan_rods(weave, scale)
     update(0.0, "cutting the rods")
     pieces, splices = cut_rods(plan, workshop)
-    bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf)
+    bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf, diameters=plan.diameters)
     cut_list = CutList(pieces, splices, bars, mark_pieces(plan, pieces), find_ties(plan))
     update(0.2, "writing the tables")
     tables = build_tables(plan, workshop, cut_list, sequence)

@@ -330,12 +330,17 @@ def _take_weave(document: ResultPart, lattice: Lattice) -> Weave:
         axes=_axes(rows, strands, lattice.nodes, normals),
         normals=normals,
         bending=_bending(rows),
-        rod_diameter=part.number("rod_diameter", least=_TINY),
+        diameters=_diameters(part.number("rod_diameter", least=_TINY), rows),
         material=_material(part.part("material")),
         over_under=part.text("over_under"),
         conflicts=_conflicts(part, places, lattice.n_nodes),
         clashes=_clashes(part, places),
     )
+
+
+def _diameters(usual: float, rows: list[ResultPart]) -> Floats:
+    """Diameter (S,) of each rod; in results that were written before rods had one each, that of all."""
+    return np.array([row.number("diameter", least=_TINY) if "diameter" in row else usual for row in rows], np.float64)
 
 
 def _strands(rows: list[ResultPart], lattice: Lattice) -> Strands:
