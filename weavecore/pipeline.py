@@ -209,7 +209,7 @@ def link(
 def weave(
     lattice: Lattice,
     *,
-    rod_diameter: Optional[float] = None,
+    rod_diameter: Union[float, Mapping[str, float], None] = None,
     stock: Optional[Sequence[float]] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
@@ -220,9 +220,10 @@ def weave(
     Parameters
     ----------
     lattice : Lattice
-    rod_diameter : float, optional
-        In the model's unit; by default the thickest stock diameter in which nearly all rods can be bent to their
-        places.
+    rod_diameter : float or mapping, optional
+        In the model's unit; one for all rods, or one for each family: ``{"latitudinal": 3.0, "longitudinal": 2.0}``,
+        where those of a ``"pocket"`` are as the longitudinal ones if they are not named.  By default the thickest
+        stock diameter in which nearly all rods can be bent to their places.
     stock : sequence of float, optional
         Diameters to choose from, in the model's unit; by default those in which the material is sold.
     material : str or Material
@@ -241,7 +242,8 @@ def weave(
     ------
     Unsupported
     """
-    for diameter in (rod_diameter, *(stock or ())):
+    asked = list(rod_diameter.values()) if isinstance(rod_diameter, Mapping) else [rod_diameter]
+    for diameter in (*asked, *(stock or ())):
         check_length(diameter, "A rod diameter")
     return weave_lattice(
         lattice,
@@ -546,7 +548,7 @@ def _simulation_of(weave: Weave, simulation: Union[Weave, Equilibrium, PathLike]
     is_same = (
         other.ids == weave.ids
         and np.array_equal(other.lattice.nodes, weave.lattice.nodes)
-        and other.rod_diameter == weave.rod_diameter
+        and np.array_equal(other.diameters, weave.diameters)
         and other.material == weave.material
     )
     if not is_same:

@@ -50,6 +50,20 @@ def test_lengths_are_converted_to_the_unit_of_the_file(run: Run, typed: str, met
     assert spacing_of("w.json") == pytest.approx(metres, rel=1e-15)
 
 
+def test_rods_of_each_family_have_the_diameter_that_is_typed(run: Run, folder: Path) -> None:
+    ended = run(
+        "weave", "tube.3dm", "--json", "w.json", "--spacing", "1", "--rod", "latitudinal=9mm,longitudinal=0.006"
+    )
+    assert (ended.status, ended.err) == (0, "")
+    assert "latitudinal 0.009 m, longitudinal 0.006 m gfrp" in ended.out
+    result = json.loads(Path("w.json").read_text("utf-8"))
+    assert {(rod["family"], rod["diameter"]) for rod in result["strands"]} == {
+        ("latitudinal", 0.009),
+        ("longitudinal", 0.006),
+    }
+    assert result["parameters"]["rod_diameters"] == {"latitudinal": 0.009, "longitudinal": 0.006}
+
+
 def test_a_file_without_unit_takes_plain_numbers_only(run: Run, folder: Path) -> None:
     ended = run("weave", "tube.obj", "--json", "w.json", "--spacing", "1000mm")
     assert ended.status == 1
@@ -98,6 +112,9 @@ def test_the_help_of_the_edge_says_what_each_pattern_takes() -> None:
         ["--spacing", "0"],
         ["--spacing", "-3"],
         ["--edge", "1e999"],
+        ["--rod", "rings=3mm"],
+        ["--rod", "latitudinal=3,latitudinal=2"],
+        ["--rod", "latitudinal=wide"],
         ["--pattern", "plaid"],
         ["--method", "guess"],
         ["--cut-plane", "0,0,0,1,0"],

@@ -165,6 +165,7 @@ BREAKS = [
     ("sequence", put(2, "piece", "A01"), "piece_not_set_once"),
     ("sequence", add(2, "to", -5.0), "piece_not_set_once"),
     ("sequence", put(2, "after", "50"), "piece_set_before_what_it_needs"),
+    ("rods", put(-3, "diameter", "1.500"), "bar_of_two_diameters"),
     ("rods", put(1, "generation", "7"), "ring_set_before_its_parents"),
     ("sequence", put(3, "joints_to_tie", "J0001 J0001"), "joint_not_tied_once"),
     ("sequence", move_joint, "joint_tied_before_its_rods_are_set"),

@@ -43,7 +43,7 @@ def arc(radius: float, degrees: float, n: int, *, closed: bool = False) -> np.nd
 
 def measured(axes: RodAxes, diameter: float = 5.0) -> Bending:
     normals = np.tile([0.0, 0.0, 1.0], (len(axes.points), 1))
-    return measure_bending(axes, normals, rod_diameter=diameter, material=material_named("gfrp"))[0]
+    return measure_bending(axes, normals, diameters=np.full(len(axes), diameter), material=material_named("gfrp"))[0]
 
 
 @pytest.mark.parametrize("radius", [80.0, 300.0, 1500.0])

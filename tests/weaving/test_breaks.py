@@ -41,13 +41,13 @@ def test_neighbouring_sharp_places_are_one_break_at_the_sharpest() -> None:
     rod = strands_of(list(range(12)), closed=(False,))
     largest = np.full(12, 5.0)
     largest[[5, 6, 7]] = 0.8, 0.5, 0.9
-    assert np.flatnonzero(find_breaks(rod, largest, 1.0)).tolist() == [6]
-    assert not find_breaks(rod, largest, 0.4).any()
+    assert np.flatnonzero(find_breaks(rod, largest, np.ones(1))).tolist() == [6]
+    assert not find_breaks(rod, largest, np.full(1, 0.4)).any()
 
 
 def test_no_piece_is_left_with_fewer_than_four_joints() -> None:
     rng = np.random.default_rng(5)
     for n in range(4, 40):
         rod = strands_of(list(range(n)), closed=(bool(n % 2),))
-        pieces = break_strands(rod, find_breaks(rod, rng.uniform(0.2, 1.2, n), 1.0))
+        pieces = break_strands(rod, find_breaks(rod, rng.uniform(0.2, 1.2, n), np.ones(1)))
         assert np.diff(pieces.offsets).min() >= 4

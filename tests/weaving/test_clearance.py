@@ -40,7 +40,7 @@ def clashes_of_all_pieces(axes: RodAxes, diameter: float) -> dict[tuple[int, int
 def test_they_are_those_of_all_pairs_of_pieces(pattern: str, part: float) -> None:
     lattice = pipeline.link(tube_latitudes(150.0, 180.0, 60.0), pattern=pattern)
     weave = pipeline.weave(lattice, rod_diameter=12.0)
-    found = find_clashes(weave.axes, part * 12.0)
+    found = find_clashes(weave.axes, np.full(len(weave), part * 12.0))
     wanted = clashes_of_all_pieces(weave.axes, part * 12.0)
     assert {tuple(pair) for pair in found.strands.tolist()} == set(wanted)
     distances = [wanted[tuple(pair)] for pair in found.strands.tolist()]
@@ -53,6 +53,6 @@ def test_thin_rods_on_long_ways_clash_as_all_their_pieces_do() -> None:
     """Runs of 64 pieces are divided three times on the way to single ones."""
     weave = pipeline.weave(pipeline.link(tube_latitudes(150.0, 180.0, 60.0), pattern="plain"), rod_diameter=1.0)
     wanted = clashes_of_all_pieces(weave.axes, 1.4)
-    found = find_clashes(weave.axes, 1.4)
+    found = find_clashes(weave.axes, np.full(len(weave), 1.4))
     assert {tuple(pair) for pair in found.strands.tolist()} == set(wanted)
     assert len(wanted) > 5

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Callable, Optional
+from typing import Annotated, Callable, Optional, Union
 
 import typer
 
@@ -52,6 +52,50 @@ def lengths(text: str) -> Lengths:
         Where one of them is not a positive length.
     """
     return Lengths(tuple(length(part) for part in text.split(",")))
+
+
+@dataclass(frozen=True)
+class RodDiameters:
+    """Diameters of rods as they are typed: one for all, or by family."""
+
+    one: Optional[Length]
+    by_family: tuple[tuple[str, Length], ...] = ()
+
+    def in_unit(self, unit: str) -> Union[float, dict[str, float]]:
+        """The diameters in the unit of a file; see `Length.in_unit`."""
+        if self.one is not None:
+            return self.one.in_unit(unit)
+        return {family: size.in_unit(unit) for family, size in self.by_family}
+
+
+def rod_diameters(text: str) -> RodDiameters:
+    """Parse one diameter, or diameters of families between commas.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``3mm`` or ``latitudinal=3mm,longitudinal=2mm``.
+
+    Returns
+    -------
+    RodDiameters
+
+    Raises
+    ------
+    typer.BadParameter
+        Where a part is not a positive length, or a family is not known or named twice.
+    """
+    if "=" not in text:
+        return RodDiameters(length(text))
+    from weavecore.model import FAMILIES
+
+    found: dict[str, Length] = {}
+    for part in text.split(","):
+        name, _, size = (piece.strip() for piece in part.partition("="))
+        if name not in FAMILIES or name in found:
+            raise typer.BadParameter(f"{part!r} does not name one of {', '.join(FAMILIES)} once: latitudinal=3mm")
+        found[name] = length(size)
+    return RodDiameters(None, tuple(found.items()))
 
 
 @dataclass(frozen=True)

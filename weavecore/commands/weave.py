@@ -19,6 +19,7 @@ from weavecore.commands.arguments import (
     ObjectNames,
     Overwrite,
     Quiet,
+    RodDiameters,
     Side,
     Strict,
     TimeLimit,
@@ -30,6 +31,7 @@ from weavecore.commands.arguments import (
     known_style,
     length,
     lengths,
+    rod_diameters,
 )
 from weavecore.commands.input_file import Repairs, describe_input, read_input, written_line
 from weavecore.commands.time_limit import timed_progress
@@ -85,11 +87,12 @@ def weave(
         ),
     ] = "triangular",
     rod: Annotated[
-        Optional[Length],
+        Optional[RodDiameters],
         typer.Option(
-            parser=length,
+            parser=rod_diameters,
             metavar="LENGTH",
-            help="Diameter of the rods; by default the thickest sold in which nearly all of them can be bent.",
+            help="Diameter of the rods: 3mm, or by family: latitudinal=3mm,longitudinal=2mm (pocket= too, else as "
+            "longitudinal); by default the thickest sold in which nearly all of them can be bent.",
         ),
     ] = None,
     stock: Annotated[

@@ -149,6 +149,7 @@ def _rod_entries(weave: Weave) -> list[dict[str, Any]]:
         radius, largest = float(bending.min_radius[s]), float(bending.largest_diameter[s])
         rows.append(
             {
+                "diameter": float(weave.diameters[s]),
                 "axis_length": float(axes.lengths[s]),
                 "axis": {"degree": DEGREE, "knots": knots.tolist(), "controls": controls.tolist()},
                 "overhangs": axes.overhangs[s].tolist(),

@@ -97,9 +97,9 @@ def pipes_of(weave: Weave) -> Polygons:
     ----------
     weave : Weave
     """
-    samples = weave.axes.samples(_DIAMETERS_PER_SECTION * weave.rod_diameter)
+    samples = weave.axes.samples(_DIAMETERS_PER_SECTION * float(weave.diameters.min(initial=np.inf)))
     normals = _normals_along(weave, samples)
-    return Polygons(*pipe_mesh(samples, weave.strands.closed, normals, weave.rod_diameter / 2.0))
+    return Polygons(*pipe_mesh(samples, weave.strands.closed, normals, weave.diameters / 2.0))
 
 
 def _normals_along(weave: Weave, samples: CurveSamples) -> Floats:

@@ -73,6 +73,8 @@ def product_of(
         return replace(product_of(value.weave, parameters=known), equilibrium=value)
     if isinstance(value, Weave):
         known.update(rod_diameter=value.rod_diameter, material=value.material.name, over_under=value.over_under)
+        if len(set(value.family_diameters.values())) > 1:
+            known["rod_diameters"] = value.family_diameters
         return replace(product_of(value.lattice, strands=value.strands, parameters=known), weave=value)
     latitudes = value if isinstance(value, Latitudes) else value.latitudes
     known["spacing"] = latitudes.spacing

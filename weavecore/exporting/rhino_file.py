@@ -128,7 +128,7 @@ def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
             "id": name,
             "family": FAMILIES[int(weave.strands.family[s])],
             "length": float(weave.axes.lengths[s]),
-            "diameter": weave.rod_diameter,
+            "diameter": float(weave.diameters[s]),
             "material": weave.material.name,
             "min_radius": float(bending.min_radius[s]),
             "station_at_min": float(bending.station_at_min[s]),

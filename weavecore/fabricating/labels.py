@@ -86,7 +86,7 @@ def _lines(
     piece = strip.piece
     splice = piece.splice_start if is_start else piece.splice_end
     lines = [
-        f"{plan.weave.material.name} {plan.diameter:.4g} mm, cut {piece.cut_length:.1f} mm",
+        f"{plan.weave.material.name} {plan.diameters[piece.rod]:.4g} mm, cut {piece.cut_length:.1f} mm",
         f"bar {bar.id}, step {step_of[piece.id]}" + (f", {splice.kind} {splice.id}" if splice else ""),
     ]
     marks = [mark for mark in strip.marks if mark.crossings]

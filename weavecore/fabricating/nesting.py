@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class Bar:
     offcut: float
 
 
-def nest_pieces(pieces: Sequence[Piece], *, stock: float, kerf: float) -> list[Bar]:
+def nest_pieces(pieces: Sequence[Piece], *, stock: float, kerf: float, diameters: Optional[Floats] = None) -> list[Bar]:
     """Cut all pieces from as few bars as can be found.
 
     Parameters
@@ -54,23 +55,34 @@ def nest_pieces(pieces: Sequence[Piece], *, stock: float, kerf: float) -> list[B
         None with a cut longer than the stock.
     stock, kerf : float
         Length of the bars, and what the saw removes at each cut, in millimetres.
+    diameters : (S,) float64, optional
+        Of the rods; pieces of different ones are cut from different bars, the thickest first.
 
     Returns
     -------
     list of Bar
     """
     lengths = np.array([piece.cut_length + kerf for piece in pieces])
-    order = sorted(range(len(pieces)), key=lambda k: (-lengths[k], k))
-    bars = _best_fit(lengths, order, stock)
-    if len(bars) > least_bars(lengths.tolist(), stock) and len(bars) * len(pieces) <= _MOST_TRIALS:
-        fuller = _fill_one_by_one(lengths, order, stock)
-        bars = fuller if len(fuller) < len(bars) else bars
+    bars: list[list[int]] = []
+    thickness = np.zeros(len(pieces)) if diameters is None else diameters[[piece.rod for piece in pieces]]
+    for size in np.unique(thickness)[::-1]:
+        bars += _nest_alike(lengths, np.flatnonzero(thickness == size).tolist(), stock)
     digits = max(3, len(str(len(bars))))
     found = []
     for number, bar in enumerate(bars, start=1):
         used = float(lengths[bar].sum())
         found.append(Bar(f"S{number:0{digits}d}", tuple(pieces[k] for k in bar), used, max(stock - used, 0.0)))
     return found
+
+
+def _nest_alike(lengths: Floats, pieces: Sequence[int], stock: float) -> list[list[int]]:
+    """The pieces of each bar, of pieces that may lie on one bar."""
+    order = sorted(pieces, key=lambda k: (-lengths[k], k))
+    bars = _best_fit(lengths, order, stock)
+    if len(bars) > least_bars(lengths[order].tolist(), stock) and len(bars) * len(pieces) <= _MOST_TRIALS:
+        fuller = _fill_one_by_one(lengths, order, stock)
+        bars = fuller if len(fuller) < len(bars) else bars
+    return bars
 
 
 def least_bars(lengths: Sequence[float], stock: float) -> int:

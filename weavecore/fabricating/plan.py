@@ -18,7 +18,7 @@ from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
 _STEP_IN_DIAMETERS = 2.0
-"""The bending along a rod is sampled in steps of so many diameters where places for splices are rated."""
+"""Bending is sampled in steps of so many diameters of the thinnest rod where places for splices are rated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +47,11 @@ class RodPlan:
         """Names of the S rods."""
         return self.weave.ids
 
-    @property
-    def diameter(self) -> float:
-        """Diameter of the rods."""
-        return self.weave.rod_diameter * self.scale
+    @cached_property
+    def diameters(self) -> Floats:
+        """(S,) diameter of each rod."""
+        diameters: Floats = self.weave.diameters * self.scale
+        return diameters
 
     @property
     def spacing(self) -> float:
@@ -80,10 +81,11 @@ class RodPlan:
         """The utilisation of some of the rods (S,) along their length."""
         rows = self.axes.rows
         start, _, width = span_ends(rows.parameters, rows.offsets, self.axes.closed, rows.ends)
-        is_wanted = rods[rows_of(rows.offsets)[start]]
+        rod = rows_of(rows.offsets)[start]
         # The other rods are sampled at their visits alone.
-        samples = self.axes.samples(np.where(is_wanted, _STEP_IN_DIAMETERS * self.diameter, 2 * width))
-        return BendingProfile(samples, self.weave.material.least_bend * self.diameter * samples.curvatures)
+        samples = self.axes.samples(np.where(rods[rod], _STEP_IN_DIAMETERS * self.diameters[rod], 2 * width))
+        least_radius = self.weave.material.least_bend * self.diameters[rows_of(samples.offsets)]
+        return BendingProfile(samples, least_radius * samples.curvatures)
 
     def visits_at_joints(self, rod: int) -> Ints:
         """The visits of a rod that lie at joints, in order."""

@@ -105,9 +105,17 @@ def _check_nesting(folder: WrittenFolder) -> Iterator[CheckResult]:
     off = np.maximum(np.abs(used - nesting.floats("used")), np.abs(stock - used - nesting.floats("offcut")))
     yield greatest_of("bar_sums_off_mm", off, room, nesting["stock_id"])
     yield greatest_of("bar_used_mm", used, stock + room, nesting["stock_id"])
-    least = least_bars([length + kerf for length in cut.values()], stock)
-    # First fit decreasing never needs more than (11 · least + 6) / 9 bars (Dósa 2007).
-    yield CheckResult("bars_beyond_the_lower_bound", float(len(nesting) - least), float((11 * least + 6) // 9 - least))
+    thickness = {piece: folder.diameter[rod] for piece, rod in zip(pieces["piece_id"], pieces["rod_id"])}
+    mixed = [
+        bar for bar, row in zip(nesting["stock_id"], rows) if len({thickness[p] for p in row if p in thickness}) > 1
+    ]
+    yield count_of("bar_of_two_diameters", mixed)
+    least, most = 0, 0
+    for size in sorted(set(thickness.values())):
+        need = least_bars([length + kerf for piece, length in cut.items() if thickness[piece] == size], stock)
+        # First fit decreasing never needs more than (11 · least + 6) / 9 bars (Dósa 2007).
+        least, most = least + need, most + (11 * need + 6) // 9
+    yield CheckResult("bars_beyond_the_lower_bound", float(len(nesting) - least), float(most - least))
     waste = 1.0 - sum(cut.values()) / (stock * max(len(nesting), 1))
     yield CheckResult("waste_pct", 100 * waste, 100.0)
 
@@ -122,11 +130,11 @@ def _check_bom(folder: WrittenFolder) -> Iterator[CheckResult]:
     yield CheckResult("bom_labels_off", abs(bom.floats("labels").sum() - LABELS_PER_PIECE * n_pieces), 0.0)
     room = _ROUNDING * max(n_pieces, 1)
     yield CheckResult("bom_cut_length_off_mm", abs(float(bom.floats("cut_length").sum() - cut)), room)
-    density, diameter = bom.floats("density")[0], bom.floats("diameter")[0]
+    density, diameter = bom.floats("density")[0], bom.floats("diameter")
     if density > 0:
-        mass = cut * np.pi / 4 * diameter**2 * density * KG_PER_MM3
-        room = _MASS_ROUNDING + mass * _ROUNDING / diameter
-        yield CheckResult("bom_mass_off_kg", float(abs(bom.floats("mass")[0] - mass)), float(room))
+        mass = bom.floats("cut_length") * np.pi / 4 * diameter**2 * density * KG_PER_MM3
+        off, room = np.abs(bom.floats("mass") - mass), _MASS_ROUNDING + mass * _ROUNDING / diameter
+        yield CheckResult("bom_mass_off_kg", float(off.sum()), float(room.sum()))
     longest = joints.floats("tie_length").max(initial=0.0)
     size = float(bom.floats("tie_size")[0]) if len(joints) else 0.0
     yield CheckResult("tie_longer_than_bought_mm", float(longest), size)

@@ -235,7 +235,7 @@ def stagger(plan: RodPlan) -> float:
     ----------
     plan : RodPlan
     """
-    return max(_STAGGER_SPACINGS * plan.spacing, OVERLAP_DIAMETERS * plan.diameter)
+    return max(_STAGGER_SPACINGS * plan.spacing, OVERLAP_DIAMETERS * float(plan.diameters.max(initial=0.0)))
 
 
 def places_between_joints(
@@ -283,7 +283,7 @@ def _candidates_between_joints(plan: RodPlan, workshop: Workshop, bending: Bendi
         float(plan.axes.lengths[rod]),
         closed=bool(plan.axes.closed[rod]),
         kind=workshop.splice,
-        diameter=plan.diameter,
+        diameter=float(plan.diameters[rod]),
     )
     return _candidates(plan, workshop, bending, rod, *places)
 
@@ -294,7 +294,7 @@ def _even_candidates(plan: RodPlan, workshop: Workshop, bending: BendingProfile,
     n = int(min(np.ceil(_CANDIDATES_PER_BAR * length / workshop.stock), _MOST_CANDIDATES)) + 2
     stations = np.linspace(0.0, length, n + 2)[1:-1]
     diameters = OVERLAP_DIAMETERS if workshop.splice == OVERLAP else SLEEVE_DIAMETERS
-    half = np.full(n, diameters / 2 * plan.diameter)
+    half = np.full(n, diameters / 2 * plan.diameters[rod])
     return _candidates(plan, workshop, bending, rod, *_on_rod(stations, half, length, bool(plan.axes.closed[rod])))
 
 

@@ -110,8 +110,8 @@ def _rods_table(plan: RodPlan) -> Table:
             mm(bending.station_at_min[s] * plan.scale),
             number(bending.utilisation[s], 4),
             weave.material.name,
-            mm(plan.diameter),
-            mm(weave.material.least_bend * plan.diameter),
+            mm(plan.diameters[s]),
+            mm(weave.material.least_bend * plan.diameters[s]),
         )
         for s in range(len(weave))
     ]
@@ -326,34 +326,43 @@ def _steps(plan: RodPlan) -> Floats:
 
 
 def _bom_table(plan: RodPlan, workshop: Workshop, cut_list: CutList) -> Table:
-    """What to buy: one row, as all rods are of one material and diameter."""
-    pieces, bars, ties = cut_list.pieces, cut_list.bars, cut_list.ties
-    material = plan.weave.material
-    per_mm = _kilograms_per_mm(plan.diameter, material.density)
-    cut = sum(piece.cut_length for piece in pieces)
-    longest = float(ties.length.max(initial=0.0))
+    """What to buy: one row a diameter, the thickest first; the ties stand in the first row."""
     columns = (
         "material,diameter,stock_count,ties,mass,stock_length,cut_length,stock_mass,tie_size,sleeves,sleeve_length,"
         "labels,density,kerf"
     )
+    thickness = np.unique(plan.diameters)[::-1].tolist()
+    rows = [_bom_row(plan, workshop, cut_list, d, has_ties=d == thickness[0]) for d in thickness]
+    return Table("bom", columns.split(","), rows)
+
+
+def _bom_row(
+    plan: RodPlan, workshop: Workshop, cut_list: CutList, diameter: float, *, has_ties: bool
+) -> tuple[object, ...]:
+    material, ties = plan.weave.material, cut_list.ties
+    pieces = [piece for piece in cut_list.pieces if plan.diameters[piece.rod] == diameter]
+    n_bars = sum(plan.diameters[bar.pieces[0].rod] == diameter for bar in cut_list.bars)
+    n_splices = sum(plan.diameters[splice.rod] == diameter for splice in cut_list.splices)
+    per_mm = _kilograms_per_mm(diameter, material.density)
+    cut = sum(piece.cut_length for piece in pieces)
+    longest = float(ties.length.max(initial=0.0)) if has_ties else 0.0
     is_sleeve = workshop.splice == SLEEVE
-    row = (
+    return (
         material.name,
-        mm(plan.diameter),
-        len(bars),
-        int(ties.count.sum()),
+        mm(diameter),
+        n_bars,
+        int(ties.count.sum()) if has_ties else 0,
         number(cut * per_mm, 4),
         mm(workshop.stock),
         mm(cut),
-        number(len(bars) * workshop.stock * per_mm, 4),
+        number(n_bars * workshop.stock * per_mm, 4),
         mm(size_of_tie(longest)) if longest else "",
-        len(cut_list.splices) if is_sleeve else 0,
-        mm(workshop.sleeve_length(plan.diameter)) if is_sleeve else "",
+        n_splices if is_sleeve else 0,
+        mm(workshop.sleeve_length(diameter)) if is_sleeve else "",
         LABELS_PER_PIECE * len(pieces),
         number(material.density, 1),
         mm(workshop.kerf),
     )
-    return Table("bom", columns.split(","), [row])
 
 
 def _kilograms_per_mm(diameter: float, density: float) -> float:

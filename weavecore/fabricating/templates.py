@@ -205,7 +205,7 @@ def sections_of(strip: TemplateStrip, longest: float) -> list[TemplateStrip]:
 
 def _draw_strip(drawing: Drawing, plan: RodPlan, strip: TemplateStrip, x: float, y: float) -> None:
     """Draw a strip whose left end is at ``x`` and whose axis is at ``y``."""
-    half = max(plan.diameter / 2, _LEAST_HALF_WIDTH)
+    half = max(float(plan.diameters[strip.piece.rod]) / 2, _LEAST_HALF_WIDTH)
     shift = x - strip.low
     right = strip.high + shift
     drawing.line(x, y + half, right, y + half, ROD)

@@ -1,7 +1,8 @@
 """The cable ties of every joint: how many, and how long.
 
 A joint takes one tie for each pair of rods that touch.  The tie runs halfway between the two rods that leave the widest
-angle 2β, so it meets the rods beside it at β and goes around ellipses d / sin β wide and d high::
+angle 2β, so it meets the rods beside it at β and goes around ellipses d / sin β wide and d high, d the diameter of the
+thickest of them::
 
     ╲     ╱            loop = perimeter of the ellipse + 2 · height,
      ╲ β ╱             height = distance of the outermost axis from the innermost one,
@@ -65,7 +66,8 @@ def find_ties(plan: RodPlan) -> Ties:
         turned = np.sort(directions[a:b])
         gaps = np.diff(np.append(turned, turned[0] + np.pi))
         angles[j], widest[j] = gaps.min(), gaps.max()
-    d = plan.diameter
+    d = np.zeros(len(joints))
+    np.maximum.at(d, joints.joint, plan.diameters[joints.strand])
     width = d / np.sin(widest / 2)
     offsets = plan.axes.layer_offsets[joints.visit]
     height = np.zeros(len(joints))
@@ -98,7 +100,7 @@ def _directions(plan: RodPlan) -> Floats:
     return angle
 
 
-def _perimeter(width: Floats, height: float) -> Floats:
+def _perimeter(width: Floats, height: Floats) -> Floats:
     """Perimeters (J,) of ellipses (Ramanujan 1914, the second formula)."""
     a, b = width / 2, height / 2
     h = ((a - b) / (a + b)) ** 2

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Callable, Optional
 
 from weavecore.fabricating.csv_tables import Source, Table
-from weavecore.fabricating.equilibrium_checks import check_equilibrium
 from weavecore.fabricating.drawing_files import encode_dxf, encode_pdf, encode_svg, import_optional
+from weavecore.fabricating.equilibrium_checks import check_equilibrium
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.folder_report import check_files, encode_report, summarize_checks
 from weavecore.fabricating.labels import draw_labels
@@ -137,7 +137,7 @@ def fabricate_weave(
     plan = plan_rods(weave, scale)
     update(0.0, "cutting the rods")
     pieces, splices = cut_rods(plan, workshop)
-    bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf)
+    bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf, diameters=plan.diameters)
     marks, ties = mark_pieces(plan, pieces), find_ties(plan)
     cut_list = CutList(pieces, splices, bars, marks, ties, split_steps(plan, pieces, marks, ties, sequence))
     update(0.2, "writing the tables")

@@ -16,7 +16,7 @@ _MIN_SINE = 1e-6  # of the direction to the rod: less gives no plane
 
 
 def pipe_mesh(
-    samples: CurveSamples, closed: Bools, normals: Floats, radius: float, *, sides: int = 12
+    samples: CurveSamples, closed: Bools, normals: Floats, radius: Floats, *, sides: int = 12
 ) -> tuple[Floats, Ints, Ints]:
     """Mesh round rods, one for each curve, facing outwards.
 
@@ -27,7 +27,8 @@ def pipe_mesh(
         Closed curves become rings; the others get flat ends.
     normals : (N, 3) float64
         A direction across the curve at each sample that changes smoothly; it keeps the pipe from twisting.
-    radius : float
+    radius : (R,) float64
+        Of each rod.
     sides : int
         Of the cross-section.
 
@@ -52,7 +53,7 @@ def pipe_mesh(
     beside = np.cross(tangent, across)
     turn = 2.0 * np.pi * np.arange(sides) / sides
     circle = np.cos(turn)[:, None] * across[:, None] + np.sin(turn)[:, None] * beside[:, None]
-    points = (samples.points[kept][:, None] + radius * circle).reshape(-1, 3)
+    points = (samples.points[kept][:, None] + radius[row[kept], None, None] * circle).reshape(-1, 3)
     offsets, corners = _faces(offsets_of(np.bincount(row[kept], minlength=len(closed))), closed, sides)
     return points, offsets, corners
 

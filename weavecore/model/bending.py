@@ -31,7 +31,8 @@ class Bending:
     utilisation : (S,) float64
         Bending stress over allowable stress: least allowed radius over least radius.
     largest_diameter : (S,) float64
-        The thickest rod that passes in its place, its larger shifts at the ties included; infinite where any passes.
+        The thickest rod that passes in its place, its larger shifts at the ties included, if all rods grow in
+        proportion; infinite where any passes.
     """
 
     min_radius: Floats

@@ -71,7 +71,7 @@ class Joints:
 
 @dataclass(frozen=True, eq=False)
 class Clashes:
-    """Pairs of rods whose axes come nearer to each other than a diameter, the nearest first.
+    """Pairs of rods whose axes come nearer to each other than half the sum of their diameters, the nearest first.
 
     Parameters
     ----------

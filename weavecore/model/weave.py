@@ -11,7 +11,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
 from weavecore.geometry.polygon_mesh import nodes_on_border
 from weavecore.model.bending import Bending, Material
 from weavecore.model.joints import Clashes, Joints
-from weavecore.model.lattice import LATITUDINAL, Lattice
+from weavecore.model.lattice import FAMILIES, LATITUDINAL, Lattice
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
 
@@ -37,8 +37,8 @@ class Weave:
         The direction out of the surface in which the rods at each node are stacked: the axis of a
         rod is at ``nodes + layer_offset * normals``.
     bending : Bending
-    rod_diameter : float
-        In the model's unit.
+    diameters : (S,) float64
+        Of the rods, in the model's unit.
     material : Material
     over_under : str
         ``"stacked"``, ``"plain"`` or a twill such as ``"twill 2/2"``.
@@ -57,7 +57,7 @@ class Weave:
     axes: RodAxes
     normals: Floats
     bending: Bending
-    rod_diameter: float
+    diameters: Floats
     material: Material
     over_under: str
     conflicts: Ints
@@ -67,11 +67,23 @@ class Weave:
         object.__setattr__(self, "ids", tuple(self.ids))
         object.__setattr__(self, "normals", frozen(self.normals, np.float64, (self.lattice.n_nodes, 3)))
         object.__setattr__(self, "conflicts", frozen(self.conflicts, np.int64, (-1, 3)))
+        object.__setattr__(self, "diameters", frozen(self.diameters, np.float64, (len(self.strands),)))
         if len(self.ids) != len(self.strands) or len(set(self.ids)) != len(self.ids):
             raise ValueError("each strand needs an id of its own")
 
     def __len__(self) -> int:
         return len(self.strands)
+
+    @property
+    def rod_diameter(self) -> float:
+        """Diameter of the thickest rods."""
+        return float(self.diameters.max(initial=0.0))
+
+    @cached_property
+    def family_diameters(self) -> dict[str, float]:
+        """Diameter of the rods by their family, of those families that have rods."""
+        families, first = np.unique(self.strands.family, return_index=True)
+        return {FAMILIES[f]: float(self.diameters[s]) for f, s in zip(families.tolist(), first.tolist())}
 
     @cached_property
     def crossings(self) -> Ints:

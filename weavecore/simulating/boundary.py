@@ -113,8 +113,8 @@ def describe_supports(weave: Weave, supports: Supports, held: Bools) -> str:
     return f"{count}, the support points at most {away} away"
 
 
-def load_forces(weave: Weave, rods: RodPoints, loads: Loads, *, diameter: float, metres: float) -> Floats:
-    """(n, 3) forces in N on the points of the rods; the diameter is in metres, of which ``metres`` make one unit."""
+def load_forces(weave: Weave, rods: RodPoints, loads: Loads, *, diameter: Floats, metres: float) -> Floats:
+    """(n, 3) forces in N on the points of the rods; the diameters (n,) are in metres, `metres` in one unit."""
     forces = np.zeros((len(rods.points), 3))
     if loads.gravity is not None:
         direction = np.asarray(loads.gravity, np.float64)

@@ -139,15 +139,15 @@ def tie_points(weave: Weave, rods: RodPoints) -> Ints:
     return np.stack([a, b, rods.before[a], rods.after[a], rods.before[b], rods.after[b]], axis=1)
 
 
-def elements_of(weave: Weave, rods: RodPoints, *, diameter: float) -> tuple[Bends, Stretches, TieElements]:
-    """Bends, segments and ties of round, full rods of a diameter in metres."""
+def elements_of(weave: Weave, rods: RodPoints, *, diameter: Floats) -> tuple[Bends, Stretches, TieElements]:
+    """Bends, segments and ties of round, full rods of diameters (n,) in metres."""
     modulus = weave.material.modulus * 1e9
     area, inertia = np.pi * diameter**2 / 4, np.pi * diameter**4 / 64
     inner = rods.inner
     triples = np.stack([rods.before[inner], inner, rods.after[inner]], axis=1)
-    bends = Bends(triples, modulus * inertia / rods.widths[inner])
-    stretches = Stretches(rods.segments, rods.rest_lengths, modulus * area / rods.rest_lengths)
+    bends = Bends(triples, modulus * inertia[inner] / rods.widths[inner])
+    stretches = Stretches(rods.segments, rods.rest_lengths, modulus * area[rods.segments[:, 0]] / rods.rest_lengths)
     points = tie_points(weave, rods)
     rest, _ = tie_values(rods.points, points)
-    stiff = _TIE_STIFFNESS * modulus * area / float(np.median(rods.rest_lengths))
+    stiff = _TIE_STIFFNESS * modulus * float(np.median(area)) / float(np.median(rods.rest_lengths))
     return bends, stretches, TieElements(points, rest, np.full(rest.shape, stiff))

@@ -81,8 +81,8 @@ def simulate_weave(
     loads = loads or Loads(gravity=(0.0, 0.0, -1.0) if held.any() else None)
     if not held.any() and str(loads) != NONE:
         raise Unsupported("A weave without supports cannot carry loads", remedy="Choose supports, or no loads.")
-    diameter = weave.rod_diameter * metres
     rods = place_points(weave.axes, segments=segments, metres=metres, stations=stations)
+    diameter = weave.diameters[rods.rod] * metres
     structure = _structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
     found = find_equilibrium(structure, rods.points, progress=progress)
     words = describe_supports(weave, supports, held)
@@ -101,7 +101,7 @@ def simulate_weave(
 
 
 def _structure_of(
-    weave: Weave, rods: RodPoints, held: Bools, loads: Loads, *, diameter: float, metres: float
+    weave: Weave, rods: RodPoints, held: Bools, loads: Loads, *, diameter: Floats, metres: float
 ) -> Structure:
     bends, stretches, ties = elements_of(weave, rods, diameter=diameter)
     if held.any():
@@ -120,7 +120,7 @@ def _results_of(
     found: Solution,
     held: Bools,
     *,
-    diameter: float,
+    diameter: Floats,
     metres: float,
 ) -> Equilibrium:
     x = found.points
@@ -132,7 +132,9 @@ def _results_of(
     axial = np.bincount(ends.ravel(), np.repeat(forces.axial, 2), len(x)) / count
     moment = np.zeros(len(x))
     inertia = np.pi * diameter**4 / 64
-    moment[rods.inner] = modulus * inertia * half_angle_tangents(x, structure.bends) / rods.widths[rods.inner]
+    moment[rods.inner] = (
+        modulus * inertia[rods.inner] * half_angle_tangents(x, structure.bends) / rods.widths[rods.inner]
+    )
     nodes = weave.strands.nodes
     left = structure.gradient(x)[rods.of_visit]
     reaction = np.stack([np.bincount(nodes, left[:, d], weave.lattice.n_nodes) for d in range(3)], axis=1)

@@ -184,7 +184,7 @@ def _of_weave(weave: Weave) -> Scene:
         samples.points[start],
         samples.points[start + 1],
         colours[strand[start]],
-        np.full(len(start), weave.rod_diameter / 2.0),
+        weave.diameters[strand[start]] / 2.0,
         paths_of_surface(lattice.latitudes.surface).points,
         set_back=_DIAMETERS_BACK * weave.rod_diameter,
     )
@@ -200,7 +200,7 @@ def _of_equilibrium(equilibrium: Equilibrium) -> Scene:
     used = np.maximum(equilibrium.utilisation[start], equilibrium.utilisation[stop])
     scene = _of_weave(weave)
     grey = np.tile(np.array(FREE_BORDERS, float), (len(start), 1))
-    radius = np.full(len(start), max(weave.rod_diameter / 2.0, _RADIUS_AT_REST_PER_SIZE * scene.size))
+    radius = np.maximum(weave.diameters[equilibrium.rod[start]] / 2.0, _RADIUS_AT_REST_PER_SIZE * scene.size)
     return replace(
         scene,
         # The view takes in both shapes.

@@ -135,17 +135,34 @@ def describe_weave(weave: Weave) -> Lines:
 def _bending_text(weave: Weave) -> str:
     """Whether all rods can be bent to their places, and if not, where the worst is and which rod would pass there."""
     unit, bending = weave.lattice.latitudes.surface.unit, weave.bending
-    rod = f"{with_unit(weave.rod_diameter, unit)} {weave.material.name}"
-    s = int(np.argmin(bending.min_radius))
-    limit = with_unit(weave.material.least_bend * weave.rod_diameter, unit)
+    rod = f"{diameters_text(weave)} {weave.material.name}"
+    s = int(np.argmax(bending.utilisation))
+    limit = with_unit(weave.material.least_bend * weave.diameters[s], unit)
     least = f"least radius {with_unit(bending.min_radius[s], unit)} in {weave.ids[s]}, allowed {limit}"
     n_bad = len(bending.violations)
     if n_bad == 0:
         return f"all {len(weave):,} rods bend: {rod}; {least}"
     x, y, z = bending.point_at_min[s].tolist()
-    thinner = with_unit(bending.largest_diameter.min(), unit)
+    part = float((bending.largest_diameter / weave.diameters).min())
+    thinner = diameters_text(weave, part=part)
     text = f"{n_bad:,} of {len(weave):,} rods exceed the allowable stress: {rod}; {least}"
     return f"{text}, at ({x:.6g}, {y:.6g}, {z:.6g}); all pass at {thinner} or thinner, or with a wider spacing"
+
+
+def diameters_text(weave: Weave, *, part: float = 1.0) -> str:
+    """The diameter of the rods, or of each family's where they differ.
+
+    Parameters
+    ----------
+    weave : Weave
+    part : float
+        That the diameters are multiplied by.
+    """
+    unit = weave.lattice.latitudes.surface.unit
+    of_family = {name: with_unit(part * size, unit) for name, size in weave.family_diameters.items()}
+    if len(set(of_family.values())) == 1:
+        return next(iter(of_family.values()))
+    return ", ".join(f"{name} {size}" for name, size in of_family.items())
 
 
 def describe_equilibrium(equilibrium: Equilibrium) -> Lines:

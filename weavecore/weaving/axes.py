@@ -6,7 +6,7 @@ their axes is the shift.  The shifts tilt the rods, which brings them nearer aga
 at a sharp angle; so a few rounds settle the normals, and then the shifts::
 
       ____o____    upper rod           n   common normal of the two rods at the joint
-          |  n     distance d          d   shift: the diameter, more where rods cross at a sharp angle
+          |  n     distance d          d   shift: half of both diameters, more where rods cross at a sharp angle
       ----o----    lower rod
 
 The common normal of the tangents t at a joint is the eigenvector of the least eigenvalue of Σ t tᵀ - ε s sᵀ, with s the
@@ -33,7 +33,8 @@ _TOWARDS_SURFACE = 0.02
 """Weight ε of the surface normal beside the tangents: it decides where rods run nearly parallel."""
 
 _MOST_SHIFT = 1.6
-"""Layers are no more than this many diameters apart; rods that still cut into each other are reported as clashes."""
+"""Layers are no more than this many mean diameters of their rods apart; rods that still cut into each other are
+reported as clashes."""
 
 _ENOUGH = 0.005
 """Gaps are right when they are within this part of a diameter."""
@@ -52,7 +53,7 @@ def lay_axes(
     lattice: Lattice,
     strands: Strands,
     joints: Joints,
-    rod_diameter: float,
+    diameters: Floats,
     *,
     centred_on_rings: bool,
     overhang: float = OVERHANG_DIAMETERS,
@@ -64,7 +65,8 @@ def lay_axes(
     lattice : Lattice
     strands : Strands
     joints : Joints
-    rod_diameter : float
+    diameters : (S,) float64
+        Of the rods.
     centred_on_rings : bool
         Whether a ring stays on the surface, with the others below and above it; else all layers of a
         joint lie evenly about it.
@@ -78,19 +80,20 @@ def lay_axes(
         Unit normal at each node, common to the rods that pass it.
     """
     outward = surface_normals(lattice)
-    shifts = np.full(len(joints.contacts), rod_diameter)
+    apart = diameters[joints.strand[joints.contacts]].mean(axis=1)
+    shifts = apart
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
     points, rows, normals = _settle(lattice, strands, offsets, outward, outward, _NORMAL_ROUNDS)
     for _ in range(_SHIFT_ROUNDS):
-        gaps = gaps_at_joints(points, rows, strands, joints, rod_diameter)
-        wrong = np.abs(gaps / rod_diameter - 1.0) > _ENOUGH
+        gaps = gaps_at_joints(points, rows, strands, joints, apart)
+        wrong = np.abs(gaps / apart - 1.0) > _ENOUGH
         if not wrong.any():
             break
-        wanted = shifts * rod_diameter / np.maximum(gaps, rod_diameter / 2.0)
-        shifts = np.where(wrong, np.clip(wanted, rod_diameter, _MOST_SHIFT * rod_diameter), shifts)
+        wanted = shifts * apart / np.maximum(gaps, apart / 2.0)
+        shifts = np.where(wrong, np.clip(wanted, apart, _MOST_SHIFT * apart), shifts)
         offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
         points, rows, normals = _settle(lattice, strands, offsets, normals, outward, 1)
-    return _as_axes(lattice, strands, points, rows, offsets, overhang * rod_diameter), normals
+    return _as_axes(lattice, strands, points, rows, offsets, overhang * diameters), normals
 
 
 def _settle(
@@ -107,9 +110,9 @@ def _settle(
 
 
 def _as_axes(
-    lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats, overhang: float
+    lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats, longest: Floats
 ) -> RodAxes:
-    overhangs = _overhangs(points, strands, overhang)
+    overhangs = _overhangs(points, strands, longest)
     parameters, ends = tip_parameters(rows, strands.offsets, overhangs)
     tipped = with_tips(points, rows.derivatives, parameters, strands.offsets, strands.closed, ends, overhangs)
     curves = SplineRows(tipped.derivatives, tipped.parameters, ends)
@@ -136,12 +139,12 @@ def _as_axes(
     )
 
 
-def _overhangs(points: Floats, strands: Strands, longest: float) -> Floats:
-    """(S, 2) overhang of each rod at its start and end: none of a ring, and no more than there is room for."""
+def _overhangs(points: Floats, strands: Strands, longest: Floats) -> Floats:
+    """(S, 2) overhang of each rod at its start and end, as long as (S,) where there is room; none of a ring."""
     first, last = strands.offsets[:-1], strands.offsets[1:] - 1
     ends = np.stack([points[first + 1] - points[first], points[last] - points[last - 1]], axis=1)
     room = _MOST_OF_EDGE * np.linalg.norm(ends, axis=2)
-    overhangs: Floats = np.where(strands.closed[:, None], 0.0, np.minimum(room, longest))
+    overhangs: Floats = np.where(strands.closed[:, None], 0.0, np.minimum(room, longest[:, None]))
     return overhangs
 
 

@@ -8,8 +8,8 @@ thin rod takes between them (least bending energy, to first order).  On a span t
 so the curvature is greatest at a tie or near the middle of the span; it is sampled densely enough for both.
 
 A thicker rod undulates more: at each tie the axis is shifted out of the surface by a multiple of the diameter.  The
-spline is linear in the places that it goes through, ``r(t; d) = a(t) + d b(t)``, so the utilisation as a function of
-d follows from one more fit, and the thickest rod that passes is its root, found by bisection.
+spline is linear in the places that it goes through, ``r(t; f) = a(t) + f b(t)`` for diameters f times as large, so the
+utilisation as a function of f follows from one more fit, and the thickest rod that passes is its root, by bisection.
 
 The materials and their figures, with sources, are in ``materials.csv``.
 
@@ -35,7 +35,7 @@ _SAMPLES_PER_SPAN = 8
 """Samples of each span, its first end included: with 16 the least radius of the samples' rods moves by under 0.5 %."""
 
 _BISECTIONS = 30
-"""Halvings of the logarithm of the diameter: 1e-8 of it at the end, from a range of 1e6 to 1."""
+"""Halvings of the logarithm of the factor: 1e-8 of it at the end, from a range of 1e6 to 1."""
 
 _STRAIGHT = 1e-9
 """An axis whose curvature times its length is below this is straight."""
@@ -52,9 +52,7 @@ class _Samples:
     t: Floats
 
 
-def measure_bending(
-    axes: RodAxes, normals: Floats, *, rod_diameter: float, material: Material
-) -> tuple[Bending, Floats]:
+def measure_bending(axes: RodAxes, normals: Floats, *, diameters: Floats, material: Material) -> tuple[Bending, Floats]:
     """Find the sharpest bend of every rod, and how thick it could be.
 
     Parameters
@@ -62,15 +60,16 @@ def measure_bending(
     axes : RodAxes
     normals : (M, 3) float64
         Unit normal of the surface at each visit, along which the axis is shifted.
-    rod_diameter : float
-        In the model's unit.
+    diameters : (S,) float64
+        Of the rods, in the model's unit.
     material : Material
 
     Returns
     -------
     bending : Bending
     largest : (M,) float64
-        The largest diameter that passes in the half spans on both sides of each visit; infinite where any passes.
+        The largest diameter that passes in the half spans on both sides of each visit, if all rods grow in
+        proportion; infinite where any passes.
     """
     places = _sample_spans(axes)
     hermite = _hermite(places, axes.points, axes.derivatives)
@@ -81,12 +80,13 @@ def measure_bending(
         radius = 1.0 / curvature[worst]
     p, q, dp, dq = (part[worst] for part in hermite)
     point, _ = cubic_points(p, q, dp, dq, places.width[worst], places.t[worst])
-    largest = _largest_diameters(axes, normals, places, rod_diameter, material.least_bend)
+    least_radius = material.least_bend * diameters
+    largest = diameters[axes.strand] * _largest_factors(axes, normals, places, least_radius)
     bending = Bending(
         min_radius=radius,
         station_at_min=_stations(axes, places)[worst],
         point_at_min=point,
-        utilisation=material.least_bend * rod_diameter / radius,
+        utilisation=least_radius / radius,
         largest_diameter=np.minimum.reduceat(largest, axes.offsets[:-1]) if len(axes) else largest,
     )
     return bending, largest
@@ -119,10 +119,13 @@ def _first_greatest(values: Floats, row: Ints, n_rows: int) -> Ints:
     return at[first]
 
 
-def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diameter: float, least_bend: float) -> Floats:
-    """(M,) diameter at which the utilisation reaches 1 near each visit; infinite where any passes."""
-    shift = axes.layer_offsets[:, None] / diameter * normals
-    still = axes.points - diameter * shift
+def _largest_factors(axes: RodAxes, normals: Floats, places: _Samples, least_radius: Floats) -> Floats:
+    """(M,) factor of all diameters at which the utilisation reaches 1 near each visit; infinite where any passes.
+
+    ``least_radius`` (S,) is that of the rods as they are.
+    """
+    shift = axes.layer_offsets[:, None] * normals
+    still = axes.points - shift
     chord = np.ones(len(still))
     chord[places.start] = places.width
     slopes = fit_derivatives(np.hstack([still, shift]), axes.offsets, axes.closed, chord)
@@ -132,7 +135,7 @@ def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diamete
         first.append(cubic_points(p, q, dp, dq, places.width, places.t)[1])
         t, width = places.t[:, None], places.width[:, None]
         second.append((6 - 12 * t) / width**2 * (q - p) + ((6 * t - 4) * dp + (6 * t - 2) * dq) / width)
-    # The squares of the speed |r'| and of |r' x r''| are polynomials in the diameter: coefficients from degree 0 on.
+    # The squares of the speed |r'| and of |r' x r''| are polynomials in the factor: coefficients from degree 0 on.
     turn = [
         cross(first[0], second[0]),
         cross(first[0], second[1]) + cross(first[1], second[0]),
@@ -140,12 +143,13 @@ def _largest_diameters(axes: RodAxes, normals: Floats, places: _Samples, diamete
     ]
     speed, bend = _square(first), _square(turn)
     visit = np.where(places.t < 0.5, places.start, places.stop)
-    low, high = np.full(len(still), diameter * 1e-3), np.full(len(still), diameter * 1e3)
+    allowed_radius = least_radius[places.rod]
+    low, high = np.full(len(still), 1e-3), np.full(len(still), 1e3)
 
     def passes(trial: Floats) -> Bools:
-        d = trial[visit]
+        f = trial[visit]
         allowed = np.ones(len(still), bool)
-        allowed[visit[(least_bend * d) ** 2 * _polynomial(bend, d) > _polynomial(speed, d) ** 3]] = False
+        allowed[visit[(allowed_radius * f) ** 2 * _polynomial(bend, f) > _polynomial(speed, f) ** 3]] = False
         return allowed
 
     endless = passes(high)

@@ -19,21 +19,21 @@ from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
 
 
-def find_breaks(strands: Strands, largest: Floats, diameter: float, *, fewest: int = FEWEST_JOINTS) -> Bools:
-    """Visits (M,) at which rods of a diameter are to be broken.
+def find_breaks(strands: Strands, largest: Floats, diameters: Floats, *, fewest: int = FEWEST_JOINTS) -> Bools:
+    """Visits (M,) at which rods of their diameters are to be broken.
 
     Parameters
     ----------
     strands : Strands
     largest : (M,) float64
         The largest diameter that can be bent as the rod is at each visit.
-    diameter : float
+    diameters : (S,) float64
         Of the rods, in the same unit.
     fewest : int
         No piece is left with fewer joints.
     """
     breaks = np.zeros(len(largest), bool)
-    too_sharp = largest < diameter
+    too_sharp = largest < np.repeat(diameters, np.diff(strands.offsets))
     for s in np.unique(np.searchsorted(strands.offsets, np.flatnonzero(too_sharp), side="right") - 1).tolist():
         part = slice(strands.offsets[s], strands.offsets[s + 1])
         breaks[part] = _breaks_of_rod(largest[part], too_sharp[part], bool(strands.closed[s]), fewest - 1)

@@ -1,4 +1,4 @@
-"""Clearance: whether the axes of rods are a diameter apart, at the joints and everywhere else.
+"""Clearance: whether the axes of rods are half of both diameters apart, at the joints and everywhere else.
 
 `find_clashes` takes all axes as straight pieces of half a diameter.  Runs of pieces that may come near each other are
 found in a k-d tree and divided again and again, down to single pieces: a run of parameter length h lies within
@@ -38,34 +38,33 @@ _PIECES = 5
 """Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
 
 
-def find_clashes(axes: RodAxes, rod_diameter: float) -> Clashes:
+def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
     """Find the rods that cut into each other, at joints or between them.
 
     Parameters
     ----------
     axes : RodAxes
-    rod_diameter : float
-        In the model's unit.
+    diameters : (S,) float64
+        Of the rods, in the model's unit.
 
     Returns
     -------
     Clashes
         Each pair of rods once, at the place where they are nearest; the nearest pair first.
     """
-    least = rod_diameter * (1.0 - CLASH)
-    cubics = _Cubics(axes, rod_diameter / PIECES_PER_DIAMETER)
+    cubics = _Cubics(axes, diameters)
     chunks = cubics.chunks(
         np.arange(len(cubics.start)), np.zeros(len(cubics.start), np.int64), cubics.n_pieces, _SIZES[0]
     )
     middle = (chunks.a + chunks.b) / 2.0
     length = np.linalg.norm(chunks.b - chunks.a, axis=1)
-    reach = least + (length + 2.0 * chunks.deviation).max(initial=0.0)
+    reach = diameters.max(initial=0.0) + (length + 2.0 * chunks.deviation).max(initial=0.0)
     pairs = cKDTree(middle).query_pairs(reach, output_type="ndarray").astype(np.int64)
     pairs = np.concatenate([pairs, np.repeat(np.arange(len(middle)), 2).reshape(-1, 2)])
-    pairs = _near_pairs(cubics, chunks, pairs, least, _OWN_REACH * rod_diameter)
+    pairs = _near_pairs(cubics, chunks, pairs)
     for size in _SIZES[1:]:
         chunks, pairs = _split(cubics, chunks, pairs, size)
-        pairs = _near_pairs(cubics, chunks, pairs, least, _OWN_REACH * rod_diameter)
+        pairs = _near_pairs(cubics, chunks, pairs)
     one, other = pairs.T
     distance, middle = segment_distances(chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other])
     owners = np.sort(cubics.strand[chunks.cubic[pairs]], axis=1)
@@ -101,11 +100,12 @@ class _Chunks:
 class _Cubics:
     """The cubics of all axes, each divided evenly into straight pieces no longer than a step."""
 
-    def __init__(self, axes: RodAxes, step: float) -> None:
+    def __init__(self, axes: RodAxes, diameters: Floats) -> None:
         rows = self._rows = axes.rows
         self.start, self._stop, self._width = span_ends(rows.parameters, rows.offsets, axes.closed, rows.ends)
-        self.n_pieces = pieces_of(self._width, step)
         self.strand = rows_of(rows.offsets)[self.start]
+        self.diameter = diameters[self.strand]
+        self.n_pieces = pieces_of(self._width, self.diameter / PIECES_PER_DIAMETER)
         # The parameter is the length of the chords: near enough to arc length.
         self._turn = np.where(axes.closed, rows.ends, np.inf)[self.strand]
         p, q, dp, dq = self._hermite(np.arange(len(self.start)))
@@ -130,7 +130,7 @@ class _Cubics:
         # A curve lies within h²/8 max|r''| of its chord.
         return _Chunks(cubic, begin, end, a, b, self._curvature[cubic] * ((end - begin) / n * width) ** 2 / 8.0)
 
-    def is_own(self, chunks: _Chunks, pairs: Ints, reach: float) -> Bools:
+    def is_own(self, chunks: _Chunks, pairs: Ints) -> Bools:
         """Which pairs are of one rod and cannot clash: all their pieces are neighbours, or it hardly turns on its way.
 
         A curve that turns by less than a radian from end to end is at least cos(1/2) times as wide as it is long.
@@ -141,20 +141,22 @@ class _Cubics:
         apart = end.max(1) - begin.min(1)
         is_single = (chunks.last - chunks.first == 1)[pairs].all(1)
         apart = np.where(is_single, np.minimum(apart, self._turn[cubic[:, 0]] - apart), apart)
+        near = apart < _OWN_REACH * self.diameter[cubic[:, 0]]
         is_hardly_bent = self._curvature[cubic].max(1) * (end.max(1) - begin.min(1)) < _LITTLE_TURN
         is_hardly_bent &= np.abs(cubic[:, 0] - cubic[:, 1]) <= 1
-        own: Bools = (self.strand[cubic[:, 0]] == self.strand[cubic[:, 1]]) & ((apart < reach) | is_hardly_bent)
+        own: Bools = (self.strand[cubic[:, 0]] == self.strand[cubic[:, 1]]) & (near | is_hardly_bent)
         return own
 
 
-def _near_pairs(cubics: _Cubics, chunks: _Chunks, pairs: Ints, least: float, own_reach: float) -> Ints:
-    """The pairs of runs that may have pieces nearer than the least distance, neighbours on one rod left out."""
+def _near_pairs(cubics: _Cubics, chunks: _Chunks, pairs: Ints) -> Ints:
+    """The pairs of runs that may have pieces nearer than rods may be, neighbours on one rod left out."""
     one, other = pairs.T
     distance, _ = segment_distances(chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other])
     is_single = (chunks.last - chunks.first == 1)[pairs]
     slack = np.where(is_single, 0.0, chunks.deviation[pairs]).sum(1)
+    least = (1.0 - CLASH) * cubics.diameter[chunks.cubic[pairs]].mean(1)
     pairs = pairs[distance < least + slack]
-    return pairs[~cubics.is_own(chunks, pairs, own_reach)]
+    return pairs[~cubics.is_own(chunks, pairs)]
 
 
 def _split(cubics: _Cubics, chunks: _Chunks, pairs: Ints, size: int) -> tuple[_Chunks, Ints]:
@@ -174,7 +176,7 @@ def _split(cubics: _Cubics, chunks: _Chunks, pairs: Ints, size: int) -> tuple[_C
     return parts, found[found[:, 0] <= found[:, 1]]
 
 
-def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: Joints, rod_diameter: float) -> Floats:
+def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: Joints, apart: Floats) -> Floats:
     """Least distance (C,) between the axes of the two rods of each contact, near the joint.
 
     Parameters
@@ -184,10 +186,11 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
     rows : SplineRows
     strands : Strands
     joints : Joints
-    rod_diameter : float
+    apart : (C,) float64
+        Mean diameter of the two rods.
     """
     visits = joints.visit[joints.contacts]
-    one, other = (_stretches(points, rows, strands, v, REACH * rod_diameter) for v in visits.T)
+    one, other = (_stretches(points, rows, strands, v, REACH * apart) for v in visits.T)
     least = np.full(len(visits), np.inf)
     for p in range(one.shape[1] - 1):
         for q in range(other.shape[1] - 1):
@@ -196,7 +199,7 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
     return least
 
 
-def _stretches(points: Floats, rows: SplineRows, strands: Strands, visits: Ints, reach: float) -> Floats:
+def _stretches(points: Floats, rows: SplineRows, strands: Strands, visits: Ints, reach: Floats) -> Floats:
     """Points (k, 2 · pieces + 1, 3) along the axes on both sides of visits; at an end of a rod they stay there."""
     start, stop, width = span_ends(rows.parameters, strands.offsets, strands.closed, rows.ends)
     ahead, behind = np.full(len(points), -1), np.full(len(points), -1)

@@ -68,4 +68,4 @@ def with_overhangs(weave: Weave, overhang: float) -> Weave:
         lengths=axes.lengths + gained.sum(axis=1),
     )
     bending = replace(weave.bending, station_at_min=weave.bending.station_at_min + gained[:, 0])
-    return replace(weave, axes=longer, bending=bending, clashes=find_clashes(longer, weave.rod_diameter))
+    return replace(weave, axes=longer, bending=bending, clashes=find_clashes(longer, weave.diameters))

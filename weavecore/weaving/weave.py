@@ -8,7 +8,7 @@ Linear in the visits but for sorting; each diameter that is tried costs one fit 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Callable, Optional, Union
 
@@ -17,7 +17,7 @@ import numpy as np
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model.bending import Bending, Material
-from weavecore.model.lattice import Lattice
+from weavecore.model.lattice import FAMILIES, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
@@ -48,7 +48,7 @@ Progress = Optional[Callable[[float, str], None]]
 def weave_lattice(
     lattice: Lattice,
     *,
-    rod_diameter: Optional[float] = None,
+    rod_diameter: Union[float, Mapping[str, float], None] = None,
     stock: Optional[Sequence[float]] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
@@ -59,9 +59,10 @@ def weave_lattice(
     Parameters
     ----------
     lattice : Lattice
-    rod_diameter : float, optional
-        In the model's unit; by default the thickest stock diameter with which nearly all rods can be bent to
-        their places (`weavecore.weaving.stock`).
+    rod_diameter : float or mapping, optional
+        In the model's unit; one for all rods, or one for each family: ``{"latitudinal": 3.0, "longitudinal": 2.0}``,
+        where those of a ``"pocket"`` are as the longitudinal ones if they are not named.  By default the thickest
+        stock diameter with which nearly all rods can be bent to their places (`weavecore.weaving.stock`).
     stock : sequence of float, optional
         Diameters to choose from, in the model's unit; by default those in which the material is sold.
     material : str or Material
@@ -79,23 +80,22 @@ def weave_lattice(
     Raises
     ------
     Unsupported
-        Where a diameter is not positive, both a diameter and a stock are given, or the material or style is not known.
+        Where a diameter is not positive or a family has none, both a diameter and a stock are given, or the material
+        or style is not known.
     TooMuchWork
         Where the rods are too thin or too thick to be compared with each other.
     """
     report = progress or (lambda _fraction, _label: None)
-    diameter = 1.0 if rod_diameter is None else float(rod_diameter)
-    if not (np.isfinite(diameter) and diameter > 0):
-        raise Unsupported(f"The rod diameter must be positive (got {diameter:g})", remedy="Give a positive diameter.")
+    by_family = None if rod_diameter is None else _by_family(rod_diameter)
     if stock is not None:
-        stock = _checked_stock(stock, rod_diameter)
+        stock = _checked_stock(stock, by_family)
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     report(0.0, "finding the strands")
     woven = _Woven(lattice, stuff, style)
     strands = find_strands(lattice)
     report(0.3, "bending the rods")
-    bent = woven.bend_in_stock(strands, stock) if rod_diameter is None else woven.bend(strands, diameter)
+    bent = woven.bend_in_stock(strands, stock) if by_family is None else woven.bend(strands, by_family)
     report(0.8, "measuring")
     return Weave(
         lattice=lattice,
@@ -105,22 +105,23 @@ def weave_lattice(
         axes=bent.axes,
         normals=bent.normals,
         bending=bent.bending,
-        rod_diameter=bent.diameter,
+        diameters=bent.diameters,
         material=stuff,
         over_under=style.name,
         conflicts=bent.order.conflicts,
-        clashes=find_clashes(bent.axes, bent.diameter),
+        clashes=find_clashes(bent.axes, bent.diameters),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Bent:
-    """Rods of one diameter in their places, and the largest diameter (M,) that passes at each visit."""
+    """Rods in their places: diameters (3,) by family and (S,) by rod, and the largest (M,) that passes at a visit."""
 
     strands: Strands
     lean: Ints
     order: Order
-    diameter: float
+    by_family: Floats
+    diameters: Floats
     axes: RodAxes
     normals: Floats
     bending: Bending
@@ -135,28 +136,30 @@ class _Woven:
     material: Material
     style: Style
 
-    def bend(self, strands: Strands, diameter: float, like: Optional[_Bent] = None) -> _Bent:
-        """Lay rods of a diameter over and under each other and measure how they are bent."""
+    def bend(self, strands: Strands, by_family: Floats, like: Optional[_Bent] = None) -> _Bent:
+        """Lay rods of diameters (3,) by their family over and under each other and measure how they are bent."""
         lattice = self.lattice
-        check_work(float(lattice.edge_lengths.sum()), lattice.n_edges, lattice.latitudes.surface.area, diameter)
+        diameters = _of_rods(by_family, strands)
+        for size in np.unique(diameters).tolist():
+            check_work(float(lattice.edge_lengths.sum()), lattice.n_edges, lattice.latitudes.surface.area, size)
         if like is None:
             lean = find_lean(strands, self.lattice)
             order = order_rods(self.lattice, strands, lean, self.style)
         else:
             lean, order = like.lean, like.order
         axes, normals = lay_axes(
-            self.lattice, strands, order.joints, diameter, centred_on_rings=self.style.name == STACKED
+            self.lattice, strands, order.joints, diameters, centred_on_rings=self.style.name == STACKED
         )
-        bending, largest = measure_bending(axes, normals[strands.nodes], rod_diameter=diameter, material=self.material)
-        return _Bent(strands, lean, order, diameter, axes, normals, bending, largest)
+        bending, largest = measure_bending(axes, normals[strands.nodes], diameters=diameters, material=self.material)
+        return _Bent(strands, lean, order, by_family, diameters, axes, normals, bending, largest)
 
     def bend_in_stock(self, strands: Strands, own: Optional[Sequence[float]]) -> _Bent:
         """Rods of the thickest stock diameter that nearly all can be bent in, broken where they cannot."""
         stock = own or stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
-        whole = self.bend(strands, _first_diameter(self.lattice))
+        whole = self.bend(strands, _one_for_all(_first_diameter(self.lattice)))
         diameter = choose_diameter(whole.largest, stock)
         while True:
-            whole = self.bend(strands, diameter, like=whole)
+            whole = self.bend(strands, _one_for_all(diameter), like=whole)
             bent = self.break_rods(whole, FEWEST_JOINTS)
             thinner = next_thinner(diameter, stock)
             if thinner is None or (bent.bending.utilisation <= 1.0).mean() >= LEAST_RODS:
@@ -166,17 +169,49 @@ class _Woven:
     def break_rods(self, bent: _Bent, fewest: int) -> _Bent:
         """Break rods where they are bent too sharply, as far as no piece gets fewer joints."""
         for _ in range(_MOST_BREAK_ROUNDS):
-            breaks = find_breaks(bent.strands, bent.largest, bent.diameter, fewest=fewest)
+            breaks = find_breaks(bent.strands, bent.largest, bent.diameters, fewest=fewest)
             if not breaks.any():
                 break
-            bent = self.bend(break_strands(bent.strands, breaks), bent.diameter)
+            bent = self.bend(break_strands(bent.strands, breaks), bent.by_family)
         return bent
 
 
-def _checked_stock(stock: Sequence[float], rod_diameter: Optional[float]) -> tuple[float, ...]:
+def _one_for_all(diameter: float) -> Floats:
+    """The same diameter (3,) for every family."""
+    return np.full(len(FAMILIES), diameter)
+
+
+def _by_family(rod_diameter: Union[float, Mapping[str, float]]) -> Floats:
+    """Diameter (3,) of each family, NaN where none is given."""
+    if not isinstance(rod_diameter, Mapping):
+        rod_diameter = dict.fromkeys(FAMILIES, rod_diameter)
+    found = _one_for_all(np.nan)
+    for name, value in rod_diameter.items():
+        if name not in FAMILIES:
+            raise Unsupported(f"Unknown family of rods {name!r}", remedy=f"Use one of: {', '.join(FAMILIES)}.")
+        size = float(value)
+        if not (np.isfinite(size) and size > 0):
+            raise Unsupported(f"The rod diameter must be positive (got {size:g})", remedy="Give a positive diameter.")
+        found[FAMILIES.index(name)] = size
+    if np.isnan(found[POCKET]):
+        found[POCKET] = found[LONGITUDINAL]
+    return found
+
+
+def _of_rods(by_family: Floats, strands: Strands) -> Floats:
+    """Diameter (S,) of each rod."""
+    missing = np.unique(strands.family[np.isnan(by_family[strands.family])])
+    if len(missing):
+        names = " and ".join(FAMILIES[family] for family in missing.tolist())
+        raise Unsupported(f"There are {names} rods, but no diameter for them", remedy=f"Give one for: {names}.")
+    diameters: Floats = by_family[strands.family]
+    return diameters
+
+
+def _checked_stock(stock: Sequence[float], by_family: Optional[Floats]) -> tuple[float, ...]:
     """The diameters to choose from, rising."""
     sizes = tuple(sorted(float(size) for size in stock))
-    if rod_diameter is not None:
+    if by_family is not None:
         raise Unsupported("A rod diameter leaves nothing to choose from a stock", remedy="Give one of the two.")
     if not sizes or not all(np.isfinite(size) and size > 0 for size in sizes):
         raise Unsupported(f"Stock diameters must be positive (got {sizes})", remedy="Give positive diameters.")

@@ -327,6 +327,8 @@ def _take_weave(document: ResultPart, lattice: Lattice) -> Weave:
         raise _damaged_result("Two strands have the same id")
     strands = _strands(rows, lattice)
     normals = part.floats("normals", (lattice.n_nodes, 3))
+    # Results that were written before rods had a diameter each have that of all.
+    usual = part.number("rod_diameter", least=_TINY)
     return Weave(
         lattice=lattice,
         strands=strands,
@@ -335,7 +337,7 @@ def _take_weave(document: ResultPart, lattice: Lattice) -> Weave:
         axes=_axes(rows, strands, lattice.nodes, normals),
         normals=normals,
         bending=_bending(rows),
-        rod_diameter=part.number("rod_diameter", least=_TINY),
+        diameters=np.array([row.number("diameter", least=_TINY) if "diameter" in row else usual for row in rows]),
         material=_material(part.part("material")),
         over_under=part.text("over_under"),
         conflicts=_conflicts(part, places, lattice.n_nodes),

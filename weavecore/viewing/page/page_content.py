@@ -27,7 +27,7 @@ from weavecore.viewing.page.page_curves import (
 )
 from weavecore.viewing.page.page_equilibrium import equilibrium_figures, moves_of_samples
 from weavecore.viewing.scene import Drawable, Pictured
-from weavecore.viewing.summary import spacing_text
+from weavecore.viewing.summary import diameters_text, spacing_text
 from weavecore.viewing.surface_paths import describe_chosen_borders, paths_of_surface
 
 _MOST_FACES = 120_000
@@ -146,6 +146,7 @@ def _rods(curves: PageCurves, centre: Floats) -> dict[str, Any]:
         "stations": _pack(curves.stations, "Float32Array"),
         "depth": _pack(curves.depth, "Float32Array"),
         "radius": curves.radius,
+        "thickness": _pack(curves.thickness, "Float32Array"),
     }
 
 
@@ -155,7 +156,7 @@ def _weave(weave: Weave, centre: Floats) -> dict[str, Any]:
     return {
         "material": weave.material.name,
         "source": weave.material.source,
-        "leastRadius": weave.material.least_bend * weave.rod_diameter,
+        "leastRadius": _pack(weave.material.least_bend * weave.diameters, "Float32Array"),
         "minRadius": _pack(bending.min_radius, "Float32Array"),
         "stationAtMin": _pack(bending.station_at_min, "Float32Array"),
         "pointAtMin": _pack(bending.point_at_min - centre, "Float32Array"),
@@ -248,7 +249,7 @@ def _weave_figures(weave: Weave) -> list[Figure]:
         _figure("Rods", f"{len(weave):,}"),
         _figure("Joints", f"{len(weave.joints):,}"),
         _figure("Spacing", spacing_text(lattice.latitudes)),
-        _figure("Rod", f"Ø {with_unit(weave.rod_diameter, unit)}, {weave.material.name}"),
+        _figure("Rod", f"{diameters_text(weave)}, {weave.material.name}"),
         _figure("Length in all", _total(lengths, unit)),
         _figure("Median length", with_unit(weave.median_length, unit)),
         _figure("Longest", with_unit(float(lengths[longest]), unit), rod=longest),

@@ -60,7 +60,9 @@ class PageCurves:
         Arc length from the start of the curve.
     depth : (N,) float64
     radius : float
-        Of the rods, in the model's unit.
+        Of the thickest rods, in the model's unit.
+    thickness : (R,) float64
+        Of each, as a part of that radius.
     """
 
     names: tuple[str, ...]
@@ -72,6 +74,7 @@ class PageCurves:
     stations: Floats
     depth: Floats
     radius: float
+    thickness: Floats
 
     @property
     def lengths(self) -> Floats:
@@ -162,6 +165,7 @@ def curves_of_weave(weave: Weave) -> PageCurves:
         stations=samples.stations[kept],
         depth=depth[kept],
         radius=weave.rod_diameter / 2.0,
+        thickness=weave.diameters / weave.rod_diameter,
     )
 
 
@@ -187,7 +191,18 @@ def _straight(
     steps[all_offsets[:-1]] = 0.0
     total = np.cumsum(steps)
     stations = total - total[all_offsets[:-1]][row] if len(total) else total
-    return PageCurves(tuple(names), families, family, closed, all_offsets, points, stations, depth[index], radius)
+    return PageCurves(
+        tuple(names),
+        families,
+        family,
+        closed,
+        all_offsets,
+        points,
+        stations,
+        depth[index],
+        radius,
+        np.ones(len(closed)),
+    )
 
 
 def _corners(samples: CurveSamples) -> Ints:

@@ -62,7 +62,7 @@ function useMeter(rod) {
     const fill = make("div", { class: "meter-fill" });
     fill.style.width = `${Math.min(100, (100 * use) / 1.25)}%`;
     fill.style.background = cssColour(rampColour(content.utilisationColours, use));
-    const text = use > 1 ? "bent too sharply" : `least radius allowed ${lengthText(weave.leastRadius, 4)}`;
+    const text = use > 1 ? "bent too sharply" : `least radius allowed ${lengthText(weave.leastRadius[rod], 4)}`;
     return make("div", { class: use > 1 ? "meter alarm" : "meter" },
         make("p", {}, make("span", {}, "Utilisation"), make("strong", {}, percentText(use))),
         make("div", { class: "meter-bar", "aria-hidden": "true" }, fill, make("div", { class: "meter-limit" })),

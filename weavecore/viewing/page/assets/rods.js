@@ -119,14 +119,14 @@ function packSamples() {
             const beyond = k - inside;
             const tangent = tangentAt(first, n, inside, rods.closed[rod]);
             side = carriedSide(side, tangent);
-            const reach = [0, 0.6, 1][Math.abs(beyond)] * Math.sign(beyond) * rods.radius;
+            const reach = [0, 0.6, 1][Math.abs(beyond)] * Math.sign(beyond) * rods.radius * rods.thickness[rod];
             for (let axis = 0; axis < 3; axis++) {
                 packed[at + axis] = rods.points[3 * (first + inside) + axis] + reach * tangent[axis];
                 packed[at + 4 + axis] = tangent[axis];
                 packed[at + 8 + axis] = side[axis];
             }
             packed[at + 3] = rods.depth[first + inside];
-            packed[at + 7] = [1, 0.8, 0][Math.abs(beyond)];
+            packed[at + 7] = [1, 0.8, 0][Math.abs(beyond)] * rods.thickness[rod];
             packed[at + 11] = rod;
             if (equilibrium) {
                 moves.set(equilibrium.moves.subarray(3 * (first + inside), 3 * (first + inside) + 3), (4 * at) / STRIDE);
