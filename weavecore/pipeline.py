@@ -9,6 +9,7 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 
 from weavecore.errors import Doubtful, Unsupported
+from weavecore.exporting.handover_file import encode_handover
 from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
@@ -83,6 +84,7 @@ __all__ = [
     "validate",
     "weave",
     "write_equilibrium_tables",
+    "write_handover",
     "write_marks",
 ]
 
@@ -565,6 +567,32 @@ def write_equilibrium_tables(
     tables = build_equilibrium_tables(equilibrium, scale=scale, tie_strength=tie_strength)
     files = {f"{table.name}.csv": table.encode(source) for table in tables}
     write_folder(folder, files, names=EQUILIBRIUM_FILES, overwrite=overwrite)
+
+
+def write_handover(
+    value: Union[Weave, Equilibrium], path: PathLike, *, unit: Optional[str] = None, overwrite: bool = False
+) -> None:
+    """Write a weave as lines, joints, supports and loads for Kangaroo2 and Karamba; see docs/structure.md.
+
+    Parameters
+    ----------
+    value : Weave or Equilibrium
+        Supports and loads are those of an equilibrium.
+    path : path
+        Ends with ``.3dm``.
+    unit : str, optional
+        Unit of the weave where it states none.
+    overwrite : bool
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    Unsupported, OutputExists, NotWritten
+    """
+    weave = value.weave if isinstance(value, Equilibrium) else value
+    metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
+    check_targets([path], overwrite=overwrite)
+    write_whole(path, encode_handover(value, metres=metres), overwrite=overwrite)
 
 
 def check_equilibrium_folder(folder: PathLike, *, overwrite: bool = False) -> None:
