@@ -72,7 +72,7 @@ def test_springs_fit_the_segments_that_the_simulation_has() -> None:
     assert np.bincount(springs.rod, springs.rest_length) == pytest.approx(fine, rel=1e-3)
     # EI in N·mm²: E in MPa times π d⁴ / 64.
     inertia = np.pi * weave.rod_diameter**4 / 64
-    assert springs.bending_stiffness == pytest.approx(1000 * weave.material.modulus * inertia)
+    assert springs.bending_stiffness == pytest.approx(np.full(len(weave), 1000 * weave.material.modulus * inertia))
 
 
 def test_ties_run_from_axis_to_axis_as_long_as_the_gap(objects: dict[str, list[Any]]) -> None:

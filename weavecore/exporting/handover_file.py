@@ -72,7 +72,7 @@ def _add_rods(builder: RhinoFileBuilder, weave: Weave, springs: Springs) -> None
             "id": name,
             "closed": "yes" if closed else "no",
             "length": float(weave.axes.lengths[s]),
-            "bending_stiffness": springs.bending_stiffness,
+            "bending_stiffness": float(springs.bending_stiffness[s]),
         }
         builder.add_polyline(through, layer, name, texts)
 

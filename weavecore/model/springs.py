@@ -32,8 +32,8 @@ class Springs:
         On the lower and on the upper rod.
     tie_stiffness : float
         In N for one unit of length: that of a median line.
-    bending_stiffness : float
-        `EI` of a rod, in N times the unit of length squared.
+    bending_stiffness : (S,) float64
+        `EI` of each rod, in N times the unit of length squared.
     """
 
     starts: Floats
@@ -44,7 +44,7 @@ class Springs:
     tie_starts: Floats
     tie_ends: Floats
     tie_stiffness: float
-    bending_stiffness: float
+    bending_stiffness: Floats
 
     def __post_init__(self) -> None:
         m, c = len(self.rest_length), len(self.tie_starts)
@@ -56,6 +56,7 @@ class Springs:
             ("stiffness", np.float64, (m,)),
             ("tie_starts", np.float64, (c, 3)),
             ("tie_ends", np.float64, (c, 3)),
+            ("bending_stiffness", np.float64, (-1,)),
         ):
             object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape))
 
@@ -80,8 +81,8 @@ def springs_of(weave: Weave, *, metres: float) -> Springs:
     start, stop = visit[goes_on], after[goes_on]
     end_station = np.where(stop > start, axes.stations[stop], axes.lengths[rod[start]] + axes.stations[stop])
     length = end_station - axes.stations[start]
-    diameter, modulus = weave.rod_diameter * metres, weave.material.modulus * 1e9
-    stiffness = modulus * np.pi * diameter**2 / 4 / length
+    diameters, modulus = np.full(len(weave), weave.rod_diameter * metres), weave.material.modulus * 1e9
+    stiffness = modulus * np.pi * diameters[rod[start]] ** 2 / 4 / length
     lower, upper = joints.visit[joints.contacts].reshape(-1, 2).T
     return Springs(
         starts=axes.points[start],
@@ -92,5 +93,5 @@ def springs_of(weave: Weave, *, metres: float) -> Springs:
         tie_starts=axes.points[lower],
         tie_ends=axes.points[upper],
         tie_stiffness=float(np.median(stiffness)),
-        bending_stiffness=modulus * np.pi * diameter**4 / 64 / metres**2,
+        bending_stiffness=modulus * np.pi * diameters**4 / 64 / metres**2,
     )
