@@ -5,7 +5,7 @@
     python benchmarks/figures.py --only 3 9      # some of them
     python benchmarks/figures.py --docs FOLDER   # into copies of the pages elsewhere
 
-Each picture goes to images/paper/ beside the pages.  In the pages paper.md and patterns.md what stands
+Each picture goes to images/paper/ beside the pages.  In the pages paper.md, patterns.md and structure.md what stands
 between two comments, ``<!-- figure 3 -->`` and ``<!-- end of figure 3 -->``, is replaced; the words around it
 are written by hand.
 """
@@ -16,7 +16,7 @@ import argparse
 from pathlib import Path
 from typing import Callable
 
-from paper_figures import offsets, steps, woven
+from paper_figures import at_rest, offsets, steps, woven
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 FIGURES: dict[str, tuple[str, Callable[[Path], str]]] = {
@@ -29,6 +29,7 @@ FIGURES: dict[str, tuple[str, Callable[[Path], str]]] = {
     "9": ("paper.md", woven.draw_models),
     "10": ("paper.md", woven.draw_lattices),
     "11": ("paper.md", woven.draw_built),
+    "page": ("structure.md", at_rest.draw_page),
     "patterns": ("patterns.md", woven.draw_patterns),
 }
 
@@ -37,7 +38,7 @@ def main() -> None:
     """Make the figures as the command line says."""
     parser = argparse.ArgumentParser(description="The paper's figures, reproduced.")
     parser.add_argument("--only", nargs="+", choices=FIGURES, default=list(FIGURES), metavar="FIGURE")
-    parser.add_argument("--docs", type=Path, default=DOCS, help="folder of paper.md and patterns.md")
+    parser.add_argument("--docs", type=Path, default=DOCS, help="folder of paper.md, patterns.md and structure.md")
     options = parser.parse_args()
     for name in options.only:
         make_figure(name, options.docs)

@@ -132,6 +132,16 @@ def strands(icon: Icon) -> None:
                 icon.line([(x, y - 2.4), (x, y + 2.4)], AMBER, width=3.0)
 
 
+def simulate(icon: Icon) -> None:
+    """An arch as drawn, the arch that it sags to, and its two supports."""
+    for x in (3.4, 20.6):
+        icon.fill([(x, 17.2), (x - 3.2, 22.6), (x + 3.2, 22.6)], DARK)
+    icon.line(_arc(3.4, 17.6, 1.8), DARK, width=0.9, edge=False)
+    icon.line(_arc(3.4, 17.6, 7.6), AMBER, width=2.8)
+    icon.line([(12.0, 10.6), (12.0, 16.2)], RED, width=1.8)
+    icon.line([(9.4, 14.0), (12.0, 16.8), (14.6, 14.0)], RED, width=1.8)
+
+
 def export(icon: Icon) -> None:
     """A ring and an arrow out of it."""
     icon.line(ellipse(9.5, 9.5, 7.6, 7.6), BLUE)
@@ -164,6 +174,7 @@ DRAWINGS: dict[str, Callable[[Icon], None]] = {
     "Weave_Offset": offset,
     "Weave_Link": link,
     "Weave_Strands": strands,
+    "Weave_Simulate": simulate,
     "Weave_Export": export,
     "Weave_Measure": measure,
 }

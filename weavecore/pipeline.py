@@ -8,6 +8,12 @@ from typing import Any, Callable, Optional, Union
 
 import numpy as np
 
+from weavecore.equilibrium_outputs import (
+    check_equilibrium_folder,
+    simulation_of,
+    write_equilibrium_tables,
+    write_handover,
+)
 from weavecore.errors import Doubtful, Unsupported
 from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
@@ -41,7 +47,7 @@ from weavecore.reading import (
     read_surface,
     surface_from,
 )
-from weavecore.reading.formats.result_json import read_weave, read_weave_or_equilibrium
+from weavecore.reading.formats.result_json import read_weave_or_equilibrium
 from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.hold import hold_until_within
@@ -64,6 +70,7 @@ from weavecore.weaving.weave import weave_lattice
 
 __all__ = [
     "Workshop",
+    "check_equilibrium_folder",
     "curves_from",
     "describe_fabrication",
     "draw_picture",
@@ -85,6 +92,7 @@ __all__ = [
     "validate",
     "weave",
     "write_equilibrium_tables",
+    "write_handover",
     "write_marks",
 ]
 
@@ -263,7 +271,8 @@ def read_rods(path: PathLike) -> Weave:
     Unsupported
         Where the file has no weave.
     """
-    return read_weave(path)[0]
+    value, _ = read_weave_or_equilibrium(path)
+    return value.weave if isinstance(value, Equilibrium) else value
 
 
 def simulate(
@@ -516,7 +525,7 @@ def fabricate(
     else:
         value, content = read_weave_or_equilibrium(result)
     weave = value.weave if isinstance(value, Equilibrium) else value
-    at_rest = _simulation_of(weave, value if simulation is None else simulation)
+    at_rest = simulation_of(weave, value if simulation is None else simulation)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
     source = Source.of(weave, content)
     if overhang is not None:
@@ -535,63 +544,6 @@ def fabricate(
     files = {**made.files, WOVEN: encode(weave, WOVEN, parameters=stated)}
     write_folder(folder, files, names=names, overwrite=overwrite)
     return Fabrication(files, made.checks)
-
-
-def _simulation_of(weave: Weave, simulation: Union[Weave, Equilibrium, PathLike]) -> Optional[Equilibrium]:
-    """The weave at rest, where it was simulated."""
-    found = simulation if isinstance(simulation, (Weave, Equilibrium)) else read_result(simulation)
-    if found is weave:
-        return None
-    if not isinstance(found, Equilibrium):
-        raise Unsupported("The simulation has no equilibrium", remedy="Write one: weavecore simulate RESULT.json.")
-    other = found.weave
-    is_same = (
-        other.ids == weave.ids
-        and np.array_equal(other.lattice.nodes, weave.lattice.nodes)
-        and np.array_equal(other.diameters, weave.diameters)
-        and other.material == weave.material
-    )
-    if not is_same:
-        raise Unsupported("The simulation is of another weave", remedy="Simulate the result that is to be built.")
-    return found
-
-
-def write_equilibrium_tables(
-    equilibrium: Equilibrium,
-    folder: PathLike,
-    *,
-    tie_strength: float = DEFAULT_TIE.strength,
-    unit: Optional[str] = None,
-    overwrite: bool = False,
-) -> None:
-    """Write tables of a weave at rest to a folder: departures, rod_forces, tie_forces, reactions, and their extremes.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-    folder : path
-    tie_strength : float
-        What a cable tie carries, in N.
-    unit : str, optional
-        Unit of the weave where it states none; the tables are in millimetres.
-    overwrite : bool
-        Whether a folder of the same kind that is there already is replaced.
-
-    Raises
-    ------
-    Unsupported, OutputExists, NotWritten
-    """
-    check_equilibrium_folder(folder, overwrite=overwrite)
-    scale = millimetres_in(equilibrium.weave.lattice.latitudes.surface.unit, unit)
-    source = Source.of(equilibrium.weave, encode(equilibrium, "result.json"))
-    tables = build_equilibrium_tables(equilibrium, scale=scale, tie_strength=tie_strength)
-    files = {f"{table.name}.csv": table.encode(source) for table in tables}
-    write_folder(folder, files, names=EQUILIBRIUM_FILES, overwrite=overwrite)
-
-
-def check_equilibrium_folder(folder: PathLike, *, overwrite: bool = False) -> None:
-    """Raise what `write_equilibrium_tables` would raise of the folder alone, before any work is done."""
-    check_folder(folder, EQUILIBRIUM_FILES, overwrite=overwrite)
 
 
 def describe(value: StageValue) -> list[tuple[str, str]]:

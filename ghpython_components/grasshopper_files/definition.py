@@ -27,7 +27,9 @@ from grasshopper_files.components import Component
 from grasshopper_files.internalised import archive_version, encode_geometry
 
 NAME = "weave_workflow"
-TITLE = "weavecore: surface, offset, link, strands, export. Move a slider; switch 'write' on to write the file."
+TITLE = (
+    "weavecore: surface, offset, link, strands, simulate, export. Move a slider; switch 'write' on to write the file."
+)
 
 _METHODS = ("levels", "fronts")
 _PATTERNS = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
@@ -90,7 +92,7 @@ def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
 
 def _stages(geometry: Any) -> list[_Stage]:
     """The groups from left to right; the controls of each are placed when they are laid out."""
-    return [*_surface_to_link(geometry), *_strands_to_measure()]
+    return [*_surface_to_link(geometry), *_strands_to_measure(), _simulate()]
 
 
 def _surface_to_link(geometry: Any) -> list[_Stage]:
@@ -156,6 +158,21 @@ def _strands_to_measure() -> list[_Stage]:
             "under",
         ),
     ]
+
+
+def _simulate() -> _Stage:
+    return _Stage(
+        "7 Simulate",
+        "Weave_Simulate",
+        "amber",
+        {"weave": _out("Weave_Strands", "weave"), "supports": _of("supports")},
+        [
+            canvas.value_list("supports", ("borders", "none"), _AT),
+            canvas.panel("departures", _AT, (160.0, 90.0), source=_out("Weave_Simulate", "departure")),
+            canvas.panel("stable", _AT, (160.0, 30.0), source=_out("Weave_Simulate", "stable")),
+        ],
+        "row",
+    )
 
 
 def _laid_out(stage: _Stage, one: Component, corner: tuple[float, float]) -> tuple[list[Chunk], float, float]:

@@ -25,8 +25,10 @@ def stages(_stubbed: Canvas, dome: str) -> dict[str, Ran]:
     offset = run_component("Weave_Offset", surface=surface["surface"], spacing=50.0)
     link = run_component("Weave_Link", latitudes=offset["latitudes"])
     strands = run_component("Weave_Strands", lattice=link["lattice"], diameter=0.2)
+    simulate = run_component("Weave_Simulate", weave=strands["weave"])
     measure = run_component("Weave_Measure", value=strands["weave"])
-    return {"surface": surface, "offset": offset, "link": link, "strands": strands, "measure": measure}
+    ran = {"surface": surface, "offset": offset, "link": link, "strands": strands, "simulate": simulate}
+    return {**ran, "measure": measure}
 
 
 @pytest.fixture

@@ -41,6 +41,7 @@ NEEDS = {
     "Weave_Offset": "surface",
     "Weave_Link": "latitudes",
     "Weave_Strands": "lattice",
+    "Weave_Simulate": "weave",
     "Weave_Export": "value",
     "Weave_Measure": "value",
 }
@@ -111,7 +112,7 @@ def test_every_parameter_says_what_it_is(name: str) -> None:
         assert has_default == (i > 0) or name == "Weave_Export", f"{name}: {parameter['name']}"
 
 
-@pytest.mark.parametrize("name", ["Weave_Strands", "Weave_Measure"])
+@pytest.mark.parametrize("name", ["Weave_Strands", "Weave_Simulate", "Weave_Measure"])
 def test_a_utilisation_above_1_exceeds_the_allowable_stress_and_is_not_said_to_break_the_rod(name: str) -> None:
     (text,) = (p["description"] for p in parameters_of(COMPONENTS / name, "output") if p["name"] == "utilisation")
     assert "strength divided by a safety factor" in text
@@ -157,17 +158,21 @@ def test_real_input_gives_every_output_and_no_complaint(stages: dict[str, Ran]) 
 
 @pytest.mark.parametrize("is_rewritten", [False, True], ids=["as shipped", "rewritten"])
 def test_a_script_that_rhino_has_rewritten_gives_the_same(
-    canvas: Canvas, tube: SurfaceMesh, is_rewritten: bool, tmp_path: Path
+    canvas: Canvas, tube: SurfaceMesh, stages: dict[str, Ran], is_rewritten: bool, tmp_path: Path
 ) -> None:
     surface = run_component("Weave_Surface", is_rewritten=is_rewritten, geometry=(tube.vertices, tube.faces), edge=1.0)
     spacing = List([1.0])
     offset = run_component("Weave_Offset", is_rewritten=is_rewritten, surface=surface["surface"], spacing=spacing)
     link = run_component("Weave_Link", is_rewritten=is_rewritten, latitudes=offset["latitudes"], pattern="quad")
     strands = run_component("Weave_Strands", is_rewritten=is_rewritten, lattice=link["lattice"], diameter=0.01)
+    points, forces = List([rhino3dm.Point3d(1, 0, 1)]), List([rhino3dm.Vector3d(0, 0, -0.001)])
+    options = {"supports": "borders", "places": List([]), "points": points, "forces": forces}
+    weave = stages["strands"]["weave"]  # The tube has no unit, and forces need one.
+    simulate = run_component("Weave_Simulate", is_rewritten=is_rewritten, weave=weave, **options)
     measure = run_component("Weave_Measure", is_rewritten=is_rewritten, value=strands["weave"])
     target = str(tmp_path / "woven.json")
     export = run_component("Weave_Export", is_rewritten=is_rewritten, value=strands["weave"], path=target, write=True)
-    ran = (surface, offset, link, strands, measure, export)
+    ran = (surface, offset, link, strands, simulate, measure, export)
     assert [text for one in ran for level, text in one.messages if level == "Error"] == []
     expected = pipeline.link(pipeline.offset(tube, spacing=1.0), pattern="quad")
     assert np.array_equal(link["lattice"].nodes, expected.nodes)
@@ -328,6 +333,7 @@ def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], c
         "Weave_Offset": {"surface": stages["surface"]["surface"], "spacing": 60.0},
         "Weave_Link": {"latitudes": stages["offset"]["latitudes"], "pattern": "quad"},
         "Weave_Strands": {"lattice": stages["link"]["lattice"], "diameter": 3.0},
+        "Weave_Simulate": {"weave": stages["strands"]["weave"], "gravity": False},
         "Weave_Measure": {"value": stages["offset"]["latitudes"]},
         "Weave_Export": {"value": stages["link"]["lattice"], "path": str(tmp_path / "woven.obj"), "write": True},
     }[name]

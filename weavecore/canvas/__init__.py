@@ -16,11 +16,21 @@ from weavecore.canvas.results import (
     draw_rods,
     draw_surface,
 )
+from weavecore.canvas.simulating import (
+    EquilibriumResults,
+    draw_equilibrium,
+    equilibrium_caption,
+    equilibrium_concerns,
+    read_loads,
+    read_places,
+    unit_of,
+)
 from weavecore.canvas.solve import Cancelled, Run, solve
 from weavecore.canvas.writing import check, concerns, counts, report_lines, write_value
 
 __all__ = [
     "Cancelled",
+    "EquilibriumResults",
     "LatitudeResults",
     "LatticeResults",
     "Measures",
@@ -30,16 +40,22 @@ __all__ = [
     "chosen",
     "concerns",
     "counts",
+    "draw_equilibrium",
     "draw_latitudes",
     "draw_lattice",
     "draw_rods",
     "draw_surface",
+    "equilibrium_caption",
+    "equilibrium_concerns",
     "measure",
     "measures_caption",
     "numbers",
     "read_curves",
     "read_geometry",
+    "read_loads",
+    "read_places",
     "report_lines",
     "solve",
+    "unit_of",
     "write_value",
 ]

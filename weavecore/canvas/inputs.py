@@ -61,8 +61,7 @@ def read_geometry(
         options: dict[str, Any] = {"edge_target": target, "cut_plane": cut_plane, "progress": run.progress}
         surface = pipeline.read_surface(path, layer=layer, object=name, guarded=_can_be_guarded(), **options)
         return _in_unit(surface, unit, run.remark)
-    if type(geometry).__name__ == "Guid":
-        geometry = _referenced(geometry)
+    geometry = referenced(geometry)
     unit, tolerance = run.document
     return pipeline.surface_from(
         geometry, unit=unit, tolerance=tolerance, edge_target=edge, cut_plane=cut_plane, progress=run.progress
@@ -105,19 +104,32 @@ def read_curves(run: Run, values: Any) -> Optional[list[Floats]]:
     WeaveError
         As `weavecore.reading.curves_from`.
     """
-    found = [_referenced(value) if type(value).__name__ == "Guid" else value for value in values or ()]
+    found = [referenced(value) for value in values or ()]
     curves = [curve for curve in found if curve is not None]
     return pipeline.curves_from(curves, tolerance=run.document.tolerance) or None
 
 
-def _referenced(object_id: Any) -> Any:
-    """The geometry of an object of the open document, or of the one that Grasshopper keeps for scripts."""
+def referenced(value: Any) -> Any:
+    """A value, or of an id the geometry of that object of the open document, or of Grasshopper's one for scripts.
+
+    Parameters
+    ----------
+    value : object
+        Geometry, or a ``Guid``.
+
+    Raises
+    ------
+    NoSurface
+        Where no document has such an object.
+    """
+    if type(value).__name__ != "Guid":
+        return value
     for objects in _tables():
         find = getattr(objects, "FindId", None) or objects.Find
-        found = find(object_id)
+        found = find(value)
         if found is not None:
             return found.Geometry
-    raise NoSurface("The document has no such object", remedy="Pick it again.", ids=[object_id], kind="object")
+    raise NoSurface("The document has no such object", remedy="Pick it again.", ids=[value], kind="object")
 
 
 def _tables() -> list[Any]:

@@ -144,7 +144,7 @@ def draw_rods(run: Run, weave: Weave) -> RodResults:
     RodResults
     """
     axes, strands = weave.axes, weave.strands
-    branch = [_LETTERS.index(name[0]) for name in weave.ids]
+    branch = family_branches(weave)
     curves = [run.drawing.spline(*axes.bspline(s)) for s in range(len(weave))]
     under = _rods_under(weave).tolist()
     ends = strands.offsets.tolist()
@@ -156,6 +156,16 @@ def draw_rods(run: Run, weave: Weave) -> RodResults:
         layers=data_tree(sorted(layers, key=lambda part: part[0])),
         utilisation=data_tree(grouped(branch, weave.bending.utilisation.tolist())),
     )
+
+
+def family_branches(weave: Weave) -> list[int]:
+    """The branch of each rod: its family in the order L, A, B, P.
+
+    Parameters
+    ----------
+    weave : Weave
+    """
+    return [_LETTERS.index(name[0]) for name in weave.ids]
 
 
 def _rods_under(weave: Weave) -> Ints:

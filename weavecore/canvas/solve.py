@@ -36,6 +36,7 @@ _MOST_KEPT = 8
 _MAKERS = {
     "SurfaceMesh": "Put a Weave Surface in between and wire its output surface.",
     "Latitudes": "Put a Weave Offset in between and wire its output latitudes.",
+    "Weave": "Put a Weave Strands in between and wire its output weave.",
     "Lattice": "Put a Weave Link in between and wire its output lattice.",
 }
 """Remedy for an input of the wrong kind: the component whose output has the right one."""

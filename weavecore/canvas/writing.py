@@ -7,7 +7,7 @@ from typing import Any
 from weavecore import pipeline
 from weavecore.canvas.solve import Run
 from weavecore.errors import Unsupported
-from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.model import Equilibrium, Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.reading.raw import counted
 
 _MOST_NAMED = 5
@@ -19,7 +19,7 @@ def report_lines(value: Any) -> list[str]:
 
     Parameters
     ----------
-    value : SurfaceMesh, Latitudes, Lattice or Weave
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
 
     Returns
     -------
@@ -31,10 +31,10 @@ def report_lines(value: Any) -> list[str]:
     Unsupported
         Where it is none of them.
     """
-    if not isinstance(value, (SurfaceMesh, Latitudes, Lattice, Weave)):
+    if not isinstance(value, (SurfaceMesh, Latitudes, Lattice, Weave, Equilibrium)):
         raise Unsupported(
             f"A {type(value).__name__} is not a result of a stage",
-            remedy="Wire a surface, latitudes, a lattice or a weave.",
+            remedy="Wire a surface, latitudes, a lattice, a weave or an equilibrium.",
         )
     return [f"{label}: {text}" for label, text in pipeline.describe(value)]
 

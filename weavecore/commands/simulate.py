@@ -74,6 +74,14 @@ def simulate(
             metavar="FOLDER", help="CSV tables in mm and N: nodes, rods, ties, reactions, and their extremes."
         ),
     ] = None,
+    handover: Annotated[
+        Optional[Path],
+        typer.Option(
+            metavar="OUT.3dm",
+            callback=ends_with(".3dm"),
+            help="Lines, ties, supports and loads with user text for Kangaroo2 and Karamba.",
+        ),
+    ] = None,
     tie_strength: TieStrength = DEFAULT_TIE.strength,
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
@@ -87,7 +95,8 @@ def simulate(
         from weavecore import pipeline
 
         targets = [path for path in (out, picture) if path is not None]
-        pipeline.check_outputs(targets, overwrite=overwrite, inputs=[result_file])
+        outputs = [*targets, *([handover] if handover else [])]
+        pipeline.check_outputs(outputs, overwrite=overwrite, inputs=[result_file])
         if tables is not None:
             pipeline.check_equilibrium_folder(tables, overwrite=overwrite)
         tell(0.0, "reading")
@@ -112,6 +121,9 @@ def simulate(
             pipeline.write_equilibrium_tables(
                 equilibrium, tables, tie_strength=tie_strength, unit=unit, overwrite=overwrite
             )
+        if handover is not None:
+            pipeline.write_handover(equilibrium, handover, unit=unit, overwrite=overwrite)
         lines = pipeline.describe(equilibrium)
     if not quiet:
-        show_lines(lines + written_line([*targets, *([tables] if tables else [])]))
+        written = [path for path in (*targets, tables, handover) if path is not None]
+        show_lines(lines + written_line(written))

@@ -129,6 +129,11 @@ class RhinoFileBuilder:
                 cloud.Add(place, (*colour, 255))
         self._expect(self._file.Objects.AddPointCloud, cloud, layer, name, texts)
 
+    def add_point(self, point: Floats, layer: int, name: str, texts: Mapping[str, object]) -> None:
+        """Add a point (3,)."""
+        place = self._rhino.Point(self._rhino.Point3d(*point.tolist()))
+        self._expect(self._file.Objects.Add, place, layer, name, texts)
+
     def add_dot(self, point: Floats, layer: int, text: str) -> None:
         """Add a text dot at a point (3,)."""
         attributes = self._rhino.ObjectAttributes()

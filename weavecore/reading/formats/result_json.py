@@ -87,8 +87,8 @@ def read_result(path: PathLike) -> Result:
     return decode_result(_read_bytes(path))
 
 
-def read_weave(path: PathLike) -> tuple[Weave, bytes]:
-    """Read a JSON result that has a weave, and give the bytes of the file with it.
+def read_weave_or_equilibrium(path: PathLike) -> tuple[Union[Weave, Equilibrium], bytes]:
+    """Read a JSON result that has a weave, at rest or not, and give the bytes of the file with it.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def read_weave(path: PathLike) -> tuple[Weave, bytes]:
 
     Returns
     -------
-    weave : Weave
+    value : Weave or Equilibrium
     content : bytes
         All of the file.
 
@@ -105,12 +105,6 @@ def read_weave(path: PathLike) -> tuple[Weave, bytes]:
     Unsupported
         Where the file has no weave; else as `read_result`.
     """
-    result, content = read_weave_or_equilibrium(path)
-    return (result.weave if isinstance(result, Equilibrium) else result), content
-
-
-def read_weave_or_equilibrium(path: PathLike) -> tuple[Union[Weave, Equilibrium], bytes]:
-    """Read a JSON result that has a weave, with its equilibrium where there is one; see `read_weave`."""
     content = _read_bytes(path)
     result = decode_result(content)
     if not isinstance(result, (Weave, Equilibrium)):
