@@ -276,7 +276,8 @@ def _draw_page(canvas: Any, page: Drawing) -> None:
         font, size = "Helvetica-Bold" if bold else "Helvetica", height * _HEIGHT_TO_SIZE
         canvas.setFillColorRGB(*(part / 255 for part in page.layers[layer]))
         canvas.setFont(font, size)
-        shown = [_pdf_text(one, stringWidth(one.text, font, size)) for one in texts]
+        widths = (0.0 if one.anchor == LEFT else stringWidth(one.text, font, size) for one in texts)
+        shown = [_pdf_text(one, width) for one, width in zip(texts, widths)]
         canvas.addLiteral("\n".join(["BT", *shown, "ET"]))
     canvas.showPage()
 
