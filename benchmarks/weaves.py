@@ -2,6 +2,7 @@
 
     python benchmarks/weaves.py                              # prints the table
     python benchmarks/weaves.py --write docs/fabrication.md  # and keeps it there, between two comments
+    python benchmarks/weaves.py --checks sample_files/README.md  # a table of the checks that fail, kept there
 
 Spacing and rods are those that weavecore chooses; stock is 6 m, spliced by overlaps.  *Node off* is how far the nodes
 that are rebuilt from the marks and axes alone lie from where they should, at most.  Times are of making the
@@ -25,8 +26,10 @@ from weavecore.weaving.sequence import find_sequence
 
 SAMPLES = ("shell_2400x1600", "hemisphere", "narrow_neck", "six_way_joint", "minimal_surface")
 PATTERNS = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
+ALL_SAMPLES = (*SAMPLES, "hourglass", "handle", "closed_body")
 FOLDER = Path(__file__).resolve().parents[1] / "sample_files"
 BEGIN, END = "<!-- figures -->", "<!-- end of figures -->"
+SHORT = {"rods_that_clash": "clash"}
 RODS = ("strands", "median, mm", "ends inside", "conflicts", "least radius, mm")
 CUTTING = ("pieces", "splices", "bars", "waste, %", "node off, mm", "s", "s with templates")
 COLUMNS = (*RODS, *CUTTING)
@@ -38,13 +41,33 @@ def main() -> None:
     parser.add_argument("--write", type=Path, help="a Markdown file with two comments to keep the table between")
     parser.add_argument("--samples", nargs="+", default=SAMPLES, choices=SAMPLES)
     parser.add_argument("--patterns", nargs="+", default=PATTERNS, choices=PATTERNS)
+    parser.add_argument("--checks", type=Path, help="write a table of failed checks to such a file instead")
     options = parser.parse_args()
-    text = report(options.samples, options.patterns)
+    text = checks() if options.checks else report(options.samples, options.patterns)
     print(text)
-    if options.write:
-        whole = options.write.read_text("utf-8")
+    target = options.checks or options.write
+    if target:
+        whole = target.read_text("utf-8")
         before, after = whole.split(BEGIN)[0], whole.split(END)[1]
-        options.write.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
+        target.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
+
+
+def checks() -> str:
+    """A table of the checks that fail in the default run of every sample and pattern, as Markdown."""
+    lines = ["| sample | " + " | ".join(PATTERNS) + " |", "|---" * (len(PATTERNS) + 1) + "|"]
+    for name in ALL_SAMPLES:
+        surface = pipeline.read_surface(FOLDER / f"{name}.3dm")
+        latitudes = pipeline.offset(surface)
+        cells = []
+        for pattern in PATTERNS:
+            weave = pipeline.weave(pipeline.link(latitudes, pattern=pattern))
+            source = Source("", "", weave.over_under, weave.lattice.pattern)
+            scale = millimetres_in(surface.unit)
+            made = fabricate_weave(weave, find_sequence(weave), scale=scale, workshop=Workshop(), source=source)
+            found = [f"{one.value:g} {SHORT.get(one.invariant, one.invariant)}" for one in made.failed]
+            cells.append(", ".join(found) or "passed")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 def report(samples: list[str], patterns: list[str]) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from weavecore import pipeline
+from weavecore.fabricating.drawing_files import encode_svg
 from weavecore.fabricating.marks import mark_pieces
 from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.splices import cut_rods
-from weavecore.fabricating.template_files import encode_svg
-from weavecore.fabricating.templates import draw_roll, moved_to_origin, strips_of
+from weavecore.fabricating.templates import draw_roll, strips_of
 from weavecore.fabricating.workshop import Workshop
 
 HERE = Path(__file__).resolve().parent
@@ -23,8 +23,7 @@ def main() -> None:
     plan = plan_rods(weave, 1.0)
     pieces, _ = cut_rods(plan, Workshop())
     strips = [strip for strip in strips_of(pieces, mark_pieces(plan, pieces)) if strip.piece.id in SHOWN]
-    sheet = moved_to_origin(draw_roll(plan, strips, "weavecore; 1:1 templates; unit mm"))
-    content = encode_svg(sheet.drawing, sheet.width, sheet.height, "A template")
+    content = encode_svg(draw_roll(plan, strips, "weavecore; 1:1 templates; unit mm"), "A template")
     (HERE / "template.svg").write_bytes(content)
 
 

@@ -29,8 +29,11 @@ from weavecore.geometry.arrays import Floats
 from weavecore.model import Weave
 from weavecore.version import installed_version
 
+LENGTH_DIGITS = 3
+"""Lengths are written to a micrometre, so that sums and places can be checked."""
+
 _APOSTROPHE = "'"
-_STARTS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\n")
+_SUSPECT = frozenset("=+-@\t\n'")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
 
 
@@ -96,11 +99,11 @@ class Table:
 
 def _without_formula(cell: object) -> object:
     """The cell, as a text that no spreadsheet evaluates."""
-    if not isinstance(cell, str) or (cell[:1].isalnum() and "\r" not in cell) or _NUMBER.fullmatch(cell):
+    if not isinstance(cell, str) or not (cell[:1] in _SUSPECT or "\r" in cell) or _NUMBER.fullmatch(cell):
         return cell
     # Readers of CSV take a bare carriage return for the end of a row, and Python quotes it from 3.13 on only.
     text = cell.replace("\r", "\n")
-    return f"{_APOSTROPHE}{text}" if text.startswith((*_STARTS_OF_FORMULAS, _APOSTROPHE)) else text
+    return f"{_APOSTROPHE}{text}" if text[:1] in _SUSPECT else text
 
 
 @dataclass(frozen=True)
@@ -170,7 +173,7 @@ def mm(length: float) -> str:
     length : float
         In millimetres.
     """
-    return number(length, 3)
+    return number(length, LENGTH_DIGITS)
 
 
 def number(value: float, digits: int) -> str:

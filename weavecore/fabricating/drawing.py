@@ -69,7 +69,9 @@ class Drawing:
     ----------
     layers : mapping of name to Colour
     width, height : float
-        Of the sheet, in millimetres.
+        Of the sheet, in millimetres; its lower left corner is at (0, 0).
+    origin : (x, y)
+        The point of the sheet that is the origin in formats that may have negative coordinates.
     lines : list of DrawnLine
     paths : list of DrawnPath
     texts : list of DrawnText
@@ -78,6 +80,7 @@ class Drawing:
     layers: Mapping[str, Colour]
     width: float = 0.0
     height: float = 0.0
+    origin: tuple[float, float] = (0.0, 0.0)
     lines: list[DrawnLine] = field(default_factory=list)
     paths: list[DrawnPath] = field(default_factory=list)
     texts: list[DrawnText] = field(default_factory=list)

@@ -88,22 +88,24 @@ def encode_dxf(drawing: Drawing, statement: str) -> bytes:
 
 def _dxf_entities(drawing: Drawing, handle: int, owner: str) -> Iterator[str]:
     """The group codes of every entity, handles counting up."""
+    left, low = drawing.origin
     for one in drawing.lines:
         style = "6\nDASHED\n" if one.is_dashed else ""
         yield (
             f"0\nLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{one.layer}\n{style}370\n{_weight(one.width)}\n"
-            f"100\nAcDbLine\n10\n{one.x1:.4f}\n20\n{one.y1:.4f}\n30\n0.0\n11\n{one.x2:.4f}\n21\n{one.y2:.4f}\n31\n0.0\n"
+            f"100\nAcDbLine\n10\n{one.x1 - left:.4f}\n20\n{one.y1 - low:.4f}\n30\n0.0\n"
+            f"11\n{one.x2 - left:.4f}\n21\n{one.y2 - low:.4f}\n31\n0.0\n"
         )
         handle += 1
     for path in drawing.paths:
-        points = "".join(f"10\n{x:.4f}\n20\n{y:.4f}\n" for x, y in path.points.tolist())
+        points = "".join(f"10\n{x - left:.4f}\n20\n{y - low:.4f}\n" for x, y in path.points.tolist())
         yield (
             f"0\nLWPOLYLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{path.layer}\n370\n{_weight(path.width)}\n"
             f"100\nAcDbPolyline\n90\n{len(path.points)}\n70\n0\n{points}"
         )
         handle += 1
     for text in drawing.texts:
-        turn, x, y = 90.0 if text.is_turned else 0.0, f"{text.x:.4f}", f"{text.y:.4f}"
+        turn, x, y = 90.0 if text.is_turned else 0.0, f"{text.x - left:.4f}", f"{text.y - low:.4f}"
         align = _ALIGNMENTS[text.anchor]
         second = f"72\n{align}\n11\n{x}\n21\n{y}\n31\n0.0\n" if align else ""
         yield (
@@ -274,7 +276,8 @@ def _draw_page(canvas: Any, page: Drawing) -> None:
         font, size = "Helvetica-Bold" if bold else "Helvetica", height * _HEIGHT_TO_SIZE
         canvas.setFillColorRGB(*(part / 255 for part in page.layers[layer]))
         canvas.setFont(font, size)
-        shown = [_pdf_text(one, stringWidth(one.text, font, size)) for one in texts]
+        widths = (0.0 if one.anchor == LEFT else stringWidth(one.text, font, size) for one in texts)
+        shown = [_pdf_text(one, width) for one, width in zip(texts, widths)]
         canvas.addLiteral("\n".join(["BT", *shown, "ET"]))
     canvas.showPage()
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.fabricating.csv_tables import Table, listed, mm, number, yes_no
+from weavecore.fabricating.csv_tables import LENGTH_DIGITS, Table, listed, mm, number, yes_no
 from weavecore.fabricating.marks import OVER, UNDER, Mark, joint_name
 from weavecore.fabricating.nesting import Bar
 from weavecore.fabricating.plan import RodPlan
@@ -31,6 +31,9 @@ and a joint where it lies over one rod and under another."""
 _SAG = 0.02
 """How far an axis may depart from the straight line between two points of axes.csv, in millimetres: a fifth of the
 tolerance that lengths are checked with."""
+
+_OFFSET_DIGITS = 4
+"""Of layer offsets: a normal is measured on two of them, which differ by a diameter."""
 
 _LONGEST_STEP = 50.0
 """Points of an axis are at most so many millimetres apart, also where it is straight."""
@@ -215,12 +218,12 @@ def _joints_table(plan: RodPlan, ties: Ties) -> Table:
 def _axes_table(plan: RodPlan) -> Table:
     """Points along every axis, those at nodes among them."""
     points = _sample_axes(plan)
-    rows = [
-        (plan.ids[rod], mm(station), *(number(v, AXIS_DIGITS) for v in (x, y, z)), number(offset, 4))
-        for rod, station, (x, y, z), offset in zip(
-            points.rod.tolist(), points.stations.tolist(), points.points.tolist(), points.layer_offsets.tolist()
-        )
-    ]
+    names = np.array(plan.ids, object)[points.rod].tolist()
+    columns = (points.stations.tolist(), *points.points.T.tolist(), points.layer_offsets.tolist())
+    # Adding 0.0 leaves no negative zero; rounding first leaves none that is only written so.
+    digits = (LENGTH_DIGITS, AXIS_DIGITS, AXIS_DIGITS, AXIS_DIGITS, _OFFSET_DIGITS)
+    texts = [[f"{value:.{n}f}" for value in (np.round(column, n) + 0.0).tolist()] for column, n in zip(columns, digits)]
+    rows = list(zip(names, *texts))
     return Table("axes", ("rod_id", "station", "x", "y", "z", "layer_offset"), rows)
 
 

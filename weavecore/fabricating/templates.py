@@ -105,7 +105,7 @@ def strips_of(pieces: Sequence[Piece], marks: Sequence[Mark]) -> list[TemplateSt
     return [TemplateStrip(piece, tuple(of_piece[piece.id]), 0.0, piece.cut_length) for piece in pieces]
 
 
-def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, *, from_corner: bool) -> Drawing:
+def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str) -> Drawing:
     """Draw all pieces whole, one below the other, for plotters and lasers.
 
     Parameters
@@ -114,17 +114,16 @@ def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, *,
     strips : sequence of TemplateStrip
     statement : str
         Origin of the file.
-    from_corner : bool
-        Whether the lower left corner of the sheet is at 0, for formats without negative coordinates.  Else the k-th
-        piece begins at x = 0 and has its axis at y = -`ROW` (k + 1/2).
 
     Returns
     -------
     Drawing
+        With the start of the pieces' axes at its origin: the k-th has its axis `ROW` (k + 1/2) below it.
     """
     longest = max([strip.high for strip in strips], default=0.0)
     drawing = Drawing(LAYERS, longest + 2 * (_NAME_WIDTH + _MARGIN), ROW * len(strips) + 2 * _FOOT + _MARGIN)
-    x, top = (_NAME_WIDTH + _MARGIN, drawing.height - 2 * _FOOT - _MARGIN / 2) if from_corner else (0.0, 0.0)
+    x, top = _NAME_WIDTH + _MARGIN, drawing.height - 2 * _FOOT - _MARGIN / 2
+    drawing.origin = (x, top)
     for k, strip in enumerate(strips):
         _draw_strip(drawing, plan, strip, x, top - ROW * (k + 0.5))
     _draw_scale(drawing, x, top + _FOOT, statement)

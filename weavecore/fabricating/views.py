@@ -49,7 +49,7 @@ _ACROSS, _DOWN = 4, 3
 _STEPS_OF_SPACING = 0.5
 """Rods are drawn as polylines with points so many spacings apart."""
 
-_POINTS_OF_BORDER = 64
+_POINTS_OF_BORDER = 48
 """Points that a border is drawn with in a step, which is a few centimetres wide."""
 
 _NAME_HEIGHT = 1.4
@@ -60,6 +60,9 @@ _NAME_AT = 5.0
 
 _GAP = 20.0
 """Between the sheets of an SVG or DXF, in millimetres of the paper."""
+
+_LAPS = (-1, 0, 1, 2)
+"""A piece of a ring begins up to a lap before its start, and ends up to two laps after."""
 
 _TITLE_LINES = 2
 """Lines of text above a step."""
@@ -209,13 +212,13 @@ def _stretch(views: Views, step: Step) -> Floats:
     rod, plan = step.piece.rod, views.plan
     low, high = step.piece.start + step.low, step.piece.start + step.high
     part = slice(views.samples.offsets[rod], views.samples.offsets[rod + 1])
-    own = views.samples.stations[part]
-    length = float(plan.axes.lengths[rod])
+    own, points = views.samples.stations[part], views.samples.points[part]
     if plan.axes.closed[rod]:
-        own = np.concatenate([own[:-1] + lap * length for lap in (-1, 0, 1, 2)])
+        length = float(plan.axes.lengths[rod])
+        own = np.concatenate([own[:-1] + lap * length for lap in _LAPS])
+        points = np.concatenate([points[:-1]] * len(_LAPS))
     stations = np.concatenate([[low], own[(own > low) & (own < high)], [high]])
-    stations = stations % length if plan.axes.closed[rod] else np.clip(stations, 0.0, length)
-    return points_at_stations(views.samples, np.full(len(stations), rod), stations)
+    return np.stack([np.interp(stations, own, points[:, k]) for k in range(3)], axis=1)
 
 
 def stack_sheets(sheets: Iterable[Drawing], scale: float = 1.0) -> Drawing:

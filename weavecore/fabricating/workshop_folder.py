@@ -160,11 +160,12 @@ def _templates(plan: RodPlan, cut_list: CutList, workshop: Workshop, source: Sou
     kinds = workshop.templates
     views = Views.of(plan, workshop.paper) if kinds else None
     sheets = list(draw_sheets(views, cut_list.steps, cut_list.ties, drawn)) if views else []
-    if views and DXF in kinds:
-        files["templates.dxf"] = encode_dxf(draw_roll(plan, strips, statement, from_corner=False), statement)
+    roll = draw_roll(plan, strips, statement) if DXF in kinds or SVG in kinds else None
+    if views and roll and DXF in kinds:
+        files["templates.dxf"] = encode_dxf(roll, statement)
         files["drawings.dxf"] = encode_dxf(stack_sheets(sheets, views.scale), drawn)
-    if SVG in kinds:
-        files["templates.svg"] = encode_svg(draw_roll(plan, strips, statement, from_corner=True), statement)
+    if roll and SVG in kinds:
+        files["templates.svg"] = encode_svg(roll, statement)
         files["drawings.svg"] = encode_svg(stack_sheets(sheets), drawn)
     if PDF in kinds:
         pages = draw_pages(plan, strips, statement, workshop.paper)
