@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from weavecore.model import Bands, Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
     from weavecore.pipeline import (
         Workshop,
+        compensate,
         draw_picture,
         export,
         fabricate,
@@ -49,6 +50,7 @@ __all__ = [
     "WeaveError",
     "Workshop",
     "__version__",
+    "compensate",
     "draw_picture",
     "export",
     "fabricate",

@@ -30,9 +30,19 @@ def simulate(
     within: Annotated[
         Optional[float],
         typer.Option(
-            metavar="LENGTH", help="Instead of --supports, hold few nodes so that none departs by more than this."
+            metavar="LENGTH",
+            help="Instead of --supports, hold few nodes so that none departs by more than this; "
+            "with --compensate the departure that is allowed (2 mm by default).",
         ),
     ] = None,
+    compensate: Annotated[
+        bool,
+        typer.Option(
+            "--compensate",
+            help="Change lengths and marks so that the rods rest where they were drawn, and hold nodes besides the "
+            "supports where that does not suffice; the result holds the weave to cut.",
+        ),
+    ] = False,
     gravity: Annotated[
         Optional[bool],
         typer.Option(
@@ -64,17 +74,23 @@ def simulate(
         tell(0.0, "reading")
         weave = pipeline.read_rods(result_file)
         held = pipeline.read_curves(supports) if Path(supports).suffix else supports
-        equilibrium = pipeline.simulate(
-            weave,
-            supports=held,
-            gravity=gravity,
-            pressure=pressure,
-            segments=segments,
-            within=within,
-            unit=unit,
-            buckling=buckling,
-            progress=part_of(tell, 0.1, 0.9),
-        )
+        tell_part = part_of(tell, 0.1, 0.9)
+        if compensate:
+            equilibrium = pipeline.compensate(
+                weave, supports=held, gravity=gravity, pressure=pressure, within=within, unit=unit, progress=tell_part
+            ).after
+        else:
+            equilibrium = pipeline.simulate(
+                weave,
+                supports=held,
+                gravity=gravity,
+                pressure=pressure,
+                segments=segments,
+                within=within,
+                unit=unit,
+                buckling=buckling,
+                progress=tell_part,
+            )
         pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
         lines = pipeline.describe(equilibrium)
     if not quiet:

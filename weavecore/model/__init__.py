@@ -1,6 +1,7 @@
 """The values that the stages exchange: frozen, with read-only arrays."""
 
 from weavecore.model.bending import Bending, Material
+from weavecore.model.compensation import Compensation
 from weavecore.model.equilibrium import Equilibrium
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.latitudes import Bands, Latitudes
@@ -22,6 +23,7 @@ __all__ = [
     "Bending",
     "BuildSequence",
     "Clashes",
+    "Compensation",
     "Equilibrium",
     "InspectionMark",
     "Joints",
