@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, Optional, Union, cast
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from weavecore.errors import Doubtful, NotConverged, Unsupported
 from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
+from weavecore.exporting.replay_json import encode_replay
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import (
@@ -24,7 +25,18 @@ from weavecore.fabricating.workshop_folder import (
 )
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern, spacing_for_edges
-from weavecore.model import Compensation, Equilibrium, Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
+from weavecore.model import (
+    Compensation,
+    Equilibrium,
+    Latitudes,
+    Lattice,
+    Material,
+    Replay,
+    Strands,
+    SurfaceMesh,
+    Weave,
+)
+from weavecore.model.compensation import DRAWN
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
@@ -43,6 +55,7 @@ from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports, supported_nodes
 from weavecore.simulating.compensate import LIMIT, compensation_note, find_balance, verdict_of
 from weavecore.simulating.hold import hold_until_within
+from weavecore.simulating.replay import MOST_STEPS, replay_sequence
 from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave
 from weavecore.units import millimetres_in
 from weavecore.validating import validate
@@ -52,6 +65,7 @@ from weavecore.viewing.summary import (
     describe_equilibrium,
     describe_latitudes,
     describe_lattice,
+    describe_replay,
     describe_surface,
     describe_weave,
 )
@@ -75,6 +89,7 @@ __all__ = [
     "read_result",
     "read_surface",
     "refuse_doubts",
+    "replay",
     "simulate",
     "spacing_for_edges",
     "start_at",
@@ -371,6 +386,8 @@ def compensate(
     loads = Loads(_direction(gravity, is_default=True), pressure, tuple(forces))
     carried = loads if is_held.any() else Loads()
     before = _reached(weave, supports=supports, loads=carried, unit=unit, progress=part_of(tell, 0.0, 0.1))
+    if before.is_stable and before.departure_max <= limit:
+        return Compensation(weave, before, before, limit, np.zeros(0, np.int64), DRAWN)
     cut, is_fixed, after, tell_round = weave, is_held, before, part_of(tell, 0.1, 0.9)
     for k in range(ROUNDS):
         found = find_balance(
@@ -388,13 +405,71 @@ def compensate(
         added = np.flatnonzero(is_fixed & ~is_held)
         held: Supports = [weave.lattice.nodes[[n]] for n in np.flatnonzero(is_fixed)] if len(added) else supports
         carried = loads if is_fixed.any() else Loads()
-        after = _reached(cut, supports=held, loads=carried, unit=unit)
+        after = _reached(cut, supports=held, loads=carried, unit=unit, progress=part_of(tell, 0.9, 1.0))
         after = replace(after, points=_beside(after, before), drawn=before.drawn)
         if after.departure_max <= limit or found.departure.max() > limit:
             break
     made = Compensation(cut, before, after, limit, added, verdict_of(found, len(added), after, limit))
     noted = with_note(cut, compensation_note(made))
     return replace(made, weave=noted, after=replace(after, weave=noted))
+
+
+def replay(
+    weave: Weave,
+    *,
+    supports: Supports = "borders",
+    gravity: Union[bool, Sequence[float], None] = None,
+    most_steps: int = MOST_STEPS,
+    unit: Optional[str] = None,
+    progress: Optional[Progress] = None,
+) -> Replay:
+    """Find where the unfinished weave rests after steps of its building sequence, and the stress in its rods.
+
+    Parameters
+    ----------
+    weave : Weave
+    supports, gravity, unit
+        As for `simulate`; without supports rods have no weight.
+    most_steps : int
+        Steps that are replayed, spread over the sequence; the last is always among them.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Replay
+
+    Raises
+    ------
+    Unsupported
+    """
+    return replay_sequence(
+        weave,
+        find_sequence(weave),
+        supports=supports,
+        loads=Loads(gravity=_direction(gravity, is_default=True)),
+        metres=millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0,
+        most_steps=most_steps,
+        progress=progress,
+    )
+
+
+def write_replay(found: Replay, path: PathLike, *, overwrite: bool = False) -> None:
+    """Write the steps of a replay to a .json, whole or not at all.
+
+    Parameters
+    ----------
+    found : Replay
+    path : path
+    overwrite : bool
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    OutputExists, NotWritten
+    """
+    check_targets([path], overwrite=overwrite)
+    write_whole(path, encode_replay(found), overwrite=overwrite)
 
 
 def _direction(gravity: Union[bool, Sequence[float], None], *, is_default: bool) -> Optional[Any]:
@@ -408,8 +483,7 @@ def _reached(weave: Weave, **options: Any) -> Equilibrium:
     try:
         return simulate_weave(weave, **options)
     except NotConverged as error:
-        reached: Equilibrium = error.reached
-        return reached
+        return cast(Equilibrium, error.reached)
 
 
 def _beside(after: Equilibrium, before: Equilibrium) -> Any:
@@ -595,7 +669,7 @@ def fabricate(
     return Fabrication(files, made.checks)
 
 
-def describe(value: StageValue) -> list[tuple[str, str]]:
+def describe(value: Union[StageValue, Replay]) -> list[tuple[str, str]]:
     """A stage's result and those before it in a few lines: pairs of a label and a text."""
     if isinstance(value, SurfaceMesh):
         return describe_surface(value)
@@ -603,6 +677,8 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
         return describe(value.surface) + describe_latitudes(value)
     if isinstance(value, Lattice):
         return describe(value.latitudes) + describe_lattice(value, find_strands(value))
+    if isinstance(value, Replay):
+        return describe_replay(value)
     if isinstance(value, Equilibrium):
         return describe(value.weave) + describe_equilibrium(value)
     return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)

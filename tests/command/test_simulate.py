@@ -76,3 +76,16 @@ def test_supports_are_read_from_a_file_of_points(run: Run, woven: Path) -> None:
     held = {reaction["node"] for reaction in entry["reactions"]}
     assert {n for n, point in enumerate(points) if point[2] < lowest + 1e-6} <= held
     assert len(held) < len(points)
+
+
+def test_simulate_compensates_marks_and_replays_the_sequence(run: Run, woven: Path) -> None:
+    options = ("--compensate", "--within", "0.1", "--no-gravity", "--sequence", "steps.json")
+    ended = run("simulate", "woven.json", "-o", "cut.json", *options)
+    assert (ended.status, ended.err) == (0, "")
+    before = json.loads(woven.read_text("utf-8"))
+    after = json.loads(Path("cut.json").read_text("utf-8"))
+    assert after["notes"][-1]["code"] in ("COMPENSATED", "SPRINGS_BACK")
+    assert after["lattice"]["nodes"] != before["lattice"]["nodes"]
+    steps = json.loads(Path("steps.json").read_text("utf-8"))["steps"]
+    assert steps[-1]["rods"] == len(before["strands"])
+    assert "displacement" in ended.out

@@ -52,6 +52,14 @@ def simulate(
     pressure: Annotated[float, typer.Option(metavar="PA", help="Pressure on the surface from outside, in Pa.")] = 0.0,
     segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
     buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
+    sequence: Annotated[
+        Optional[Path],
+        typer.Option(
+            metavar="STEPS.json",
+            callback=ends_with(".json"),
+            help="Replay the building sequence: displacement and stress of the unfinished weave after its steps.",
+        ),
+    ] = None,
     picture: Annotated[
         Optional[Path],
         typer.Option(
@@ -70,7 +78,7 @@ def simulate(
         from weavecore import pipeline
 
         targets = [path for path in (out, picture) if path is not None]
-        pipeline.check_outputs(targets, overwrite=overwrite)
+        pipeline.check_outputs(targets + ([sequence] if sequence else []), overwrite=overwrite)
         tell(0.0, "reading")
         weave = pipeline.read_rods(result_file)
         held = pipeline.read_curves(supports) if Path(supports).suffix else supports
@@ -93,5 +101,17 @@ def simulate(
             )
         pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
         lines = pipeline.describe(equilibrium)
+        if sequence is not None:
+            nodes = equilibrium.weave.lattice.nodes[equilibrium.is_supported]
+            replayed = pipeline.replay(
+                equilibrium.weave,
+                supports=list(nodes) or "none",
+                gravity=gravity,
+                unit=unit,
+                progress=tell,
+            )
+            pipeline.write_replay(replayed, sequence, overwrite=overwrite)
+            lines += pipeline.describe(replayed)
+            targets.append(sequence)
     if not quiet:
         show_lines(lines + written_line(targets))

@@ -8,6 +8,7 @@ from weavecore.model.latitudes import Bands, Latitudes
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.notes import InspectionMark, Note
 from weavecore.model.polylines import Polylines
+from weavecore.model.replay import Replay
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.sequence import BuildSequence
 from weavecore.model.strands import Strands, first_generations
@@ -33,6 +34,7 @@ __all__ = [
     "Note",
     "Origins",
     "Polylines",
+    "Replay",
     "RodAxes",
     "Strands",
     "SurfaceMesh",

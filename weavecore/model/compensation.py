@@ -10,8 +10,11 @@ from weavecore.geometry.arrays import Floats, Ints, frozen
 from weavecore.model.equilibrium import Equilibrium
 from weavecore.model.weave import Weave
 
-MARKS, HELD, OUT_OF_REACH, UNSTABLE = "marks", "marks and held nodes", "out of reach", "unstable"
-"""Verdicts: the marks suffice; so do marks with nodes held; neither does; the marks do, in an unstable balance."""
+DRAWN, MARKS, HELD = "as drawn", "marks", "marks and held nodes"
+"""Verdicts within the limit: nothing has to change; other marks suffice; they do with further nodes held."""
+
+UNSTABLE, OUT_OF_REACH = "unstable", "out of reach"
+"""Verdicts beyond it: marks give a balance, but an unstable one; no balance was found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +34,7 @@ class Compensation:
     held : (h,) int64
         Nodes that must be held besides the supports.
     verdict : str
-        ``"marks"``, ``"marks and held nodes"``, ``"unstable"`` or ``"out of reach"``.
+        ``"as drawn"``, ``"marks"``, ``"marks and held nodes"``, ``"unstable"`` or ``"out of reach"``.
     """
 
     weave: Weave

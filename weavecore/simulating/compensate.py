@@ -153,12 +153,12 @@ def find_balance(
     """
     fit = _Fit(weave, drawn * metres, _MARGIN * limit * metres, metres, progress)
     state = fit.fade(fit.supported(is_held, loads))
-    is_unstable = False
+    is_unstable = state.before is not None and state.near.worst <= fit.limit
     held = is_held
     if may_hold and state.worst > fit.limit:
-        is_unstable = state.near.worst <= fit.limit
         state, held = fit.hold(state, is_held, held_loads)
-    nodes = weave.lattice.nodes + fit.average @ (state.points - fit.rods.points) / metres
+    moves = np.asarray(fit.average @ (state.near.points - fit.rods.points))
+    nodes: Floats = weave.lattice.nodes + moves / metres
     return Balance(nodes, held, state.departure / metres, is_unstable)
 
 
@@ -224,7 +224,8 @@ class _Fit:
         self.rods = place_points(weave.axes, segments=SEGMENTS, metres=metres)
         nodes, n = weave.strands.nodes, len(self.rods.points)
         counts = np.maximum(np.bincount(nodes, minlength=weave.lattice.n_nodes), 1)
-        self.average = csr_matrix((1.0 / counts[nodes], (nodes, self.rods.of_visit)), shape=(len(counts), n))
+        share: Floats = 1.0 / counts.astype(np.float64)
+        self.average = csr_matrix((share[nodes], (nodes, self.rods.of_visit)), shape=(len(counts), n))
         self.anchors = self.rods.points.copy()
         self.anchors[self.rods.of_visit] = drawn
         self.n_searches = 0
