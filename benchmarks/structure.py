@@ -3,7 +3,8 @@
 Each sample is woven in three patterns with the options that are suggested, and comes to rest twice: with its borders
 held under its own weight, and released without supports or loads.  Departure is of the nodes, in millimetres; its share
 is the mean over the diagonal of the bounding box.  A row that did not converge gives the residual force.  With
-``--within``, a third row holds few nodes, so that under self-weight none departs by more.
+``--within``, a third row holds few nodes, so that under self-weight none departs by more.  ``--compensate`` prints
+another table: released weaves before and after compensation of their marks, with the limit of ``--within`` or 2 mm.
 """
 
 from __future__ import annotations
@@ -27,6 +28,12 @@ COLUMNS = (
     "sample", "pattern", "supports", "unknowns", "departure mean", "95%", "max", "share", "energy drawn", "at rest",
     "stress MPa", "utilisation", "tie N", "stable", "steps", "seconds",
 )  # fmt: skip
+COMPENSATED = (
+    "sample", "pattern", "mean before", "max", "mean after", "max", "nodes held", "of", "verdict", "marks move, max",
+    "utilisation before", "after", "stable", "seconds",
+)  # fmt: skip
+MOST_SECONDS = 150.0
+"""Of processor time that one compensation may take."""
 
 
 def main() -> None:
@@ -36,13 +43,19 @@ def main() -> None:
     parser.add_argument("--segments", type=int, default=2)
     parser.add_argument("--within", type=float, metavar="MM")
     parser.add_argument("--patterns", default=",".join(PATTERNS))
+    parser.add_argument("--compensate", action="store_true")
     options = parser.parse_args()
-    print("| " + " | ".join(COLUMNS) + " |")
-    print("|" + "---|" * len(COLUMNS))
+    columns = COMPENSATED if options.compensate else COLUMNS
+    print("| " + " | ".join(columns) + " |")
+    print("|" + "---|" * len(columns), flush=True)
     for sample in options.samples:
         latitudes = wc.offset(wc.read_surface(SAMPLES / f"{sample}.3dm"))
         for pattern in options.patterns.split(","):
             weave = wc.weave(wc.link(latitudes, pattern=pattern))
+            if options.compensate:
+                row = compensated_row(weave, options.within)
+                print("| " + " | ".join([sample, pattern, *row]) + " |", flush=True)
+                continue
             for supports in ("borders", "none", *(["within"] if options.within else [])):
                 row = row_of(weave, supports, options.segments, options.within)
                 print("| " + " | ".join([sample, pattern, *row]) + " |", flush=True)
@@ -84,6 +97,35 @@ def row_of(weave: wc.Weave, supports: str, segments: int, within: float | None =
         state,
         str(found.n_steps),
         f"{seconds:.1f}",
+    ]
+
+
+def compensated_row(weave: wc.Weave, within: float | None) -> list[str]:
+    """Figures of a released weave before and after compensation; it is ended after `MOST_SECONDS`."""
+    begun = time.process_time()
+
+    def check_time(_fraction: float, _label: str) -> None:
+        if time.process_time() - begun > MOST_SECONDS:
+            raise TimeoutError
+
+    unit = millimetres_in(weave.lattice.latitudes.surface.unit)
+    try:
+        limit = None if within is None else within / unit
+        found = wc.compensate(weave, supports="none", within=limit, progress=check_time)
+    except TimeoutError:
+        return [f"**not done in {MOST_SECONDS:.0f} s**"]
+    before, after = found.before, found.after
+    moves = before.departure_mean, before.departure_max, after.departure_mean, after.departure_max
+    return [
+        *(f"{move * unit:.3g}" for move in moves),
+        str(len(found.held)),
+        str(weave.lattice.n_nodes),
+        found.verdict,
+        f"{np.abs(found.mark_changes).max() * unit:.3g}",
+        f"{before.utilisation_max:.2f}",
+        f"{after.utilisation_max:.2f}",
+        "yes" if after.is_stable else "no",
+        f"{time.process_time() - begun:.0f}",
     ]
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from weavecore.model import Bands, Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
     from weavecore.pipeline import (
         Workshop,
+        compensate,
         draw_picture,
         export,
         fabricate,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
         offset,
         read_result,
         read_surface,
+        replay,
         simulate,
         suggest_spacing,
         surface_from,
@@ -49,6 +51,7 @@ __all__ = [
     "WeaveError",
     "Workshop",
     "__version__",
+    "compensate",
     "draw_picture",
     "export",
     "fabricate",
@@ -57,6 +60,7 @@ __all__ = [
     "offset",
     "read_result",
     "read_surface",
+    "replay",
     "simulate",
     "suggest_spacing",
     "surface_from",

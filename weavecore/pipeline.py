@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, Optional, Union, cast
 
 import numpy as np
 
@@ -14,10 +15,11 @@ from weavecore.equilibrium_outputs import (
     write_equilibrium_tables,
     write_handover,
 )
-from weavecore.errors import Doubtful, Unsupported
+from weavecore.errors import Doubtful, NotConverged, Unsupported
 from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
+from weavecore.exporting.replay_json import encode_replay
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
@@ -31,7 +33,18 @@ from weavecore.fabricating.workshop_folder import (
 )
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern, spacing_for_edges
-from weavecore.model import Equilibrium, Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
+from weavecore.model import (
+    Compensation,
+    Equilibrium,
+    Latitudes,
+    Lattice,
+    Material,
+    Replay,
+    Strands,
+    SurfaceMesh,
+    Weave,
+)
+from weavecore.model.compensation import DRAWN
 from weavecore.model.lattice_fit import note_inverted_faces
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
@@ -49,9 +62,11 @@ from weavecore.reading import (
 )
 from weavecore.reading.formats.result_json import read_weave_or_equilibrium
 from weavecore.reading.thickness import note_thickness
-from weavecore.simulating.boundary import Loads, Supports
+from weavecore.simulating.boundary import Loads, Supports, supported_nodes
+from weavecore.simulating.compensate import LIMIT, compensation_note, find_balance, verdict_of
 from weavecore.simulating.hold import hold_until_within
-from weavecore.simulating.simulate import SEGMENTS, simulate_weave
+from weavecore.simulating.replay import MOST_STEPS, replay_sequence
+from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave
 from weavecore.units import check_length, millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.html_page import encode_page
@@ -60,17 +75,20 @@ from weavecore.viewing.summary import (
     describe_equilibrium,
     describe_latitudes,
     describe_lattice,
+    describe_replay,
     describe_surface,
     describe_weave,
 )
+from weavecore.viewing.terminal import part_of
 from weavecore.weaving.overhangs import with_overhangs
 from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
-from weavecore.weaving.weave import weave_lattice
+from weavecore.weaving.weave import move_nodes, weave_lattice, with_note
 
 __all__ = [
     "Workshop",
     "check_equilibrium_folder",
+    "compensate",
     "curves_from",
     "describe_fabrication",
     "draw_picture",
@@ -84,6 +102,7 @@ __all__ = [
     "read_result",
     "read_surface",
     "refuse_doubts",
+    "replay",
     "simulate",
     "spacing_for_edges",
     "start_at",
@@ -102,6 +121,10 @@ Progress = Callable[[float, str], None]
 METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels, "fronts": offset_fronts}
 PICTURE, PAGE = ".png", ".html"
 WOVEN = "woven.3dm"
+DOWN = (0.0, 0.0, -1.0)
+ROUNDS = 2
+"""Of compensation: the axes that are laid through the moved nodes differ a little from the rods at rest, and a second
+round takes up what is left where that exceeds the limit."""
 
 
 def offset(
@@ -326,10 +349,8 @@ def simulate(
     NotConverged
         Where no equilibrium was found; ``reached`` is the state at which the search ended.
     """
-    down = (0.0, 0.0, -1.0)
-    is_on = (supports != "none" or within is not None) if gravity is None else gravity is not False
-    direction = (down if gravity is None or gravity is True else gravity) if is_on else None
-    loads = Loads(gravity=direction, pressure=pressure, forces=tuple(forces))
+    is_default = supports != "none" or within is not None
+    loads = Loads(gravity=_direction(gravity, is_default=is_default), pressure=pressure, forces=tuple(forces))
 
     def at_rest(held: Supports, carried: Loads = loads) -> Equilibrium:
         return simulate_weave(
@@ -346,6 +367,157 @@ def simulate(
     if within is None:
         return at_rest(supports)
     return hold_until_within(at_rest, within, released=at_rest("none", Loads()))
+
+
+def compensate(
+    weave: Weave,
+    *,
+    supports: Supports = "borders",
+    gravity: Union[bool, Sequence[float], None] = None,
+    pressure: float = 0.0,
+    forces: Sequence[tuple[Any, Any]] = (),
+    within: Optional[float] = None,
+    hold: bool = True,
+    unit: Optional[str] = None,
+    progress: Optional[Progress] = None,
+) -> Compensation:
+    """Change lengths and marks so that a weave rests where it was drawn, and hold nodes where they do not suffice.
+
+    Parameters
+    ----------
+    weave : Weave
+    supports, gravity, pressure, forces, unit
+        As for `simulate`; without supports loads act only where nodes are held.
+    within : float, optional
+        Departure of a node that is allowed, in the model's unit; 2 mm by default.
+    hold : bool
+        Whether nodes may be held besides the supports.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Compensation
+        Its weave is the one to cut; `Compensation.verdict` says whether it keeps within the limit, and how.
+
+    Raises
+    ------
+    Unsupported
+    """
+    metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
+    limit = LIMIT / 1000.0 / metres if within is None else float(within)
+    if not 0 < limit < np.inf:
+        raise Unsupported(f"The limit of departure must be positive (got {limit:g})", remedy="Give a length.")
+    tell = progress or (lambda _fraction, _label: None)
+    is_held = supported_nodes(weave, supports)
+    loads = Loads(_direction(gravity, is_default=True), pressure, tuple(forces))
+    carried = loads if is_held.any() else Loads()
+    before = _reached(weave, supports=supports, loads=carried, unit=unit, progress=part_of(tell, 0.0, 0.1))
+    if before.is_stable and before.departure_max <= limit:
+        return Compensation(weave, before, before, limit, np.zeros(0, np.int64), DRAWN)
+    cut, is_fixed, after, tell_round = weave, is_held, before, part_of(tell, 0.1, 0.9)
+    for k in range(ROUNDS):
+        found = find_balance(
+            cut,
+            weave.axes.points,
+            is_fixed,
+            limit=limit,
+            loads=carried,
+            held_loads=loads,
+            metres=metres,
+            may_hold=hold,
+            progress=part_of(tell_round, k / ROUNDS, (k + 1) / ROUNDS),
+        )
+        cut, is_fixed = move_nodes(cut, found.nodes), found.is_held
+        added = np.flatnonzero(is_fixed & ~is_held)
+        held: Supports = [weave.lattice.nodes[[n]] for n in np.flatnonzero(is_fixed)] if len(added) else supports
+        carried = loads if is_fixed.any() else Loads()
+        after = _reached(cut, supports=held, loads=carried, unit=unit, progress=part_of(tell, 0.9, 1.0))
+        after = replace(after, points=_beside(after, before), drawn=before.drawn)
+        if after.departure_max <= limit or found.departure.max() > limit:
+            break
+    made = Compensation(cut, before, after, limit, added, verdict_of(found, len(added), after, limit))
+    noted = with_note(cut, compensation_note(made))
+    return replace(made, weave=noted, after=replace(after, weave=noted))
+
+
+def replay(
+    weave: Weave,
+    *,
+    supports: Supports = "borders",
+    gravity: Union[bool, Sequence[float], None] = None,
+    most_steps: int = MOST_STEPS,
+    unit: Optional[str] = None,
+    progress: Optional[Progress] = None,
+) -> Replay:
+    """Find where the unfinished weave rests after steps of its building sequence, and the stress in its rods.
+
+    Parameters
+    ----------
+    weave : Weave
+    supports, gravity, unit
+        As for `simulate`; without supports rods have no weight.
+    most_steps : int
+        Steps that are replayed, spread over the sequence; the last is always among them.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Replay
+
+    Raises
+    ------
+    Unsupported
+    """
+    return replay_sequence(
+        weave,
+        find_sequence(weave),
+        supports=supports,
+        loads=Loads(gravity=_direction(gravity, is_default=True)),
+        metres=millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0,
+        most_steps=most_steps,
+        progress=progress,
+    )
+
+
+def write_replay(found: Replay, path: PathLike, *, overwrite: bool = False) -> None:
+    """Write the steps of a replay to a .json, whole or not at all.
+
+    Parameters
+    ----------
+    found : Replay
+    path : path
+    overwrite : bool
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    OutputExists, NotWritten
+    """
+    check_targets([path], overwrite=overwrite)
+    write_whole(path, encode_replay(found), overwrite=overwrite)
+
+
+def _direction(gravity: Union[bool, Sequence[float], None], *, is_default: bool) -> Optional[Any]:
+    """Direction of the weight, None for none."""
+    is_on = is_default if gravity is None else gravity is not False
+    return (DOWN if gravity is None or gravity is True else gravity) if is_on else None
+
+
+def _reached(weave: Weave, **options: Any) -> Equilibrium:
+    """Where a weave rests, or where the search for it ended."""
+    try:
+        return simulate_weave(weave, **options)
+    except NotConverged as error:
+        return cast(Equilibrium, error.reached)
+
+
+def _beside(after: Equilibrium, before: Equilibrium) -> Any:
+    """Points of a weave at rest, laid over the first drawing where nothing holds them."""
+    if after.is_supported.any():
+        return after.points
+    return laid_over(after.points, before.drawn, weights=np.ones(len(after.points)))
 
 
 def export(
@@ -546,7 +718,7 @@ def fabricate(
     return Fabrication(files, made.checks)
 
 
-def describe(value: StageValue) -> list[tuple[str, str]]:
+def describe(value: Union[StageValue, Replay]) -> list[tuple[str, str]]:
     """A stage's result and those before it in a few lines: pairs of a label and a text."""
     if isinstance(value, SurfaceMesh):
         return describe_surface(value)
@@ -554,6 +726,8 @@ def describe(value: StageValue) -> list[tuple[str, str]]:
         return describe(value.surface) + describe_latitudes(value)
     if isinstance(value, Lattice):
         return describe(value.latitudes) + describe_lattice(value, find_strands(value))
+    if isinstance(value, Replay):
+        return describe_replay(value)
     if isinstance(value, Equilibrium):
         return describe(value.weave) + describe_equilibrium(value)
     return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)

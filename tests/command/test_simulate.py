@@ -182,3 +182,16 @@ def test_the_workshop_folder_takes_a_simulated_result(run: Run, woven: Path) -> 
         one, two = (Path(folder, f"{name}.csv").read_text().split("\n", 1)[1] for folder in ("one", "two"))
         assert one == two
     assert "equilibrium_departure_mm" in Path("one/report.txt").read_text()
+
+
+def test_simulate_compensates_marks_and_replays_the_sequence(run: Run, woven: Path) -> None:
+    options = ("--compensate", "--within", "0.1", "--no-gravity", "--sequence", "steps.json")
+    ended = run("simulate", "woven.json", "-o", "cut.json", *options)
+    assert (ended.status, ended.err) == (0, "")
+    before = json.loads(woven.read_text("utf-8"))
+    after = json.loads(Path("cut.json").read_text("utf-8"))
+    assert after["notes"][-1]["code"] in ("COMPENSATED", "SPRINGS_BACK")
+    assert after["lattice"]["nodes"] != before["lattice"]["nodes"]
+    steps = json.loads(Path("steps.json").read_text("utf-8"))["steps"]
+    assert steps[-1]["rods"] == len(before["strands"])
+    assert "displacement" in ended.out

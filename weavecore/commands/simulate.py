@@ -39,9 +39,19 @@ def simulate(
     within: Annotated[
         Optional[float],
         typer.Option(
-            metavar="LENGTH", help="Instead of --supports, hold few nodes so that none departs by more than this."
+            metavar="LENGTH",
+            help="Instead of --supports, hold few nodes so that none departs by more than this; "
+            "with --compensate the departure that is allowed (2 mm by default).",
         ),
     ] = None,
+    compensate: Annotated[
+        bool,
+        typer.Option(
+            "--compensate",
+            help="Change lengths and marks so that the rods rest where they were drawn, and hold nodes besides the "
+            "supports where that does not suffice; the result holds the weave to cut.",
+        ),
+    ] = False,
     gravity: Annotated[
         Optional[bool],
         typer.Option(
@@ -62,6 +72,14 @@ def simulate(
     ] = None,
     segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
     buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
+    sequence: Annotated[
+        Optional[Path],
+        typer.Option(
+            metavar="STEPS.json",
+            callback=ends_with(".json"),
+            help="Replay the building sequence: displacement and stress of the unfinished weave after its steps.",
+        ),
+    ] = None,
     picture: Annotated[
         Optional[Path],
         typer.Option(
@@ -95,7 +113,7 @@ def simulate(
         from weavecore import pipeline
 
         targets = [path for path in (out, picture) if path is not None]
-        outputs = [*targets, *([handover] if handover else [])]
+        outputs = [*targets, *(path for path in (handover, sequence) if path is not None)]
         pipeline.check_outputs(outputs, overwrite=overwrite, inputs=[result_file])
         if tables is not None:
             pipeline.check_equilibrium_folder(tables, overwrite=overwrite)
@@ -104,18 +122,24 @@ def simulate(
         weave_unit = weave.lattice.latitudes.surface.unit
         held = read_supports(supports, unit=weave_unit, time_limit=time_limit)
         forces = read_loads(loads, force, unit=weave_unit, time_limit=time_limit) if loads else []
-        equilibrium = pipeline.simulate(
-            weave,
-            supports=held,
-            gravity=gravity,
-            pressure=pressure,
-            forces=forces,
-            segments=segments,
-            within=within,
-            unit=unit,
-            buckling=buckling,
-            progress=part_of(tell, 0.1, 0.9),
-        )
+        tell_part = part_of(tell, 0.1, 0.9)
+        if compensate:
+            equilibrium = pipeline.compensate(
+                weave, supports=held, gravity=gravity, pressure=pressure, within=within, unit=unit, progress=tell_part
+            ).after
+        else:
+            equilibrium = pipeline.simulate(
+                weave,
+                supports=held,
+                gravity=gravity,
+                pressure=pressure,
+                forces=forces,
+                segments=segments,
+                within=within,
+                unit=unit,
+                buckling=buckling,
+                progress=tell_part,
+            )
         pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
         if tables is not None:
             pipeline.write_equilibrium_tables(
@@ -124,6 +148,18 @@ def simulate(
         if handover is not None:
             pipeline.write_handover(equilibrium, handover, unit=unit, overwrite=overwrite)
         lines = pipeline.describe(equilibrium)
+        if sequence is not None:
+            nodes = equilibrium.weave.lattice.nodes[equilibrium.is_supported]
+            replayed = pipeline.replay(
+                equilibrium.weave,
+                supports=list(nodes) or "none",
+                gravity=gravity,
+                unit=unit,
+                progress=tell,
+            )
+            pipeline.write_replay(replayed, sequence, overwrite=overwrite)
+            lines += pipeline.describe(replayed)
+            targets.append(sequence)
     if not quiet:
         written = [path for path in (*targets, tables, handover) if path is not None]
         show_lines(lines + written_line(written))

@@ -20,6 +20,7 @@ from weavecore.geometry.arrays import Floats, frozen
 NOTE_CODES: Mapping[str, str] = MappingProxyType(
     {
         "APART": "vertices in one place that stay apart, because parts touch only there",
+        "COMPENSATED": "lengths and marks that allow for spring-back: the nodes lie where the weave rests",
         "CUT": "closed parts cut in two",
         "DROPPED": "faces or vertices left out: without area, repeated, or used by no face",
         "FILLED": "holes closed as asked for",
@@ -38,6 +39,7 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
         "GAP": "borders that run close to each other, but not within the tolerance; faces apart from their edges",
         "SCRAPS": "pieces far smaller than the largest",
         "SLIT": "borders that enclose no area, or are far shorter than the longest",
+        "SPRINGS_BACK": "a weave that departs from its drawing by more than was allowed, whatever its marks are",
         "THIN": "a solid that is thinner than the spacing: it is woven on both sides",
         "UNIT_UNKNOWN": "a Rhino file without a unit: lengths are used as they are",
         "UNUSED": "an option that had no effect",
@@ -46,7 +48,19 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
 """All codes, and what each says."""
 
 DOUBTS = frozenset(
-    {"BORDERS", "COARSE", "COINCIDENT", "FAR", "GAP", "SCRAPS", "SLIT", "THIN", "UNIT_UNKNOWN", "UNUSED"}
+    {
+        "BORDERS",
+        "COARSE",
+        "COINCIDENT",
+        "FAR",
+        "GAP",
+        "SCRAPS",
+        "SLIT",
+        "SPRINGS_BACK",
+        "THIN",
+        "UNIT_UNKNOWN",
+        "UNUSED",
+    }
 )
 """Codes of doubts; the others are changes."""
 

@@ -136,22 +136,34 @@ def factorised(structure: Structure, hessian: csc_matrix, damping: float = _SHIF
     return factors, int((factors.U.diagonal() < 0).sum())
 
 
-def find_equilibrium(structure: Structure, start: Floats, *, progress: Optional[Progress] = None) -> Solution:
+def find_equilibrium(
+    structure: Structure,
+    start: Floats,
+    *,
+    forces: Optional[Forces] = None,
+    most_steps: Optional[int] = None,
+    progress: Optional[Progress] = None,
+) -> Solution:
     """Find a state of rest near ``start`` (n, 3), or the state that was reached when steps ran out.
 
     Parameters
     ----------
     structure : Structure
     start : (n, 3) float64
+    forces : Forces, optional
+        Of the stiff elements in the first iteration, by default those at ``start``.  Where rest lengths have changed
+        since, those of the equilibrium before are nearer to the ones that are sought.
+    most_steps : int, optional
+        Factorisations after which the search ends.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
     """
-    search = _Search(structure, progress)
-    x, forces = start, structure.forces(start)
+    search = _Search(structure, _MOST_STEPS if most_steps is None else most_steps, progress)
+    x, forces = start, structure.forces(start) if forces is None else forces
     damping, failed, was_indefinite, is_converged = 0.0, 0.0, False, False
     median = float(np.median(structure.stretches.rest))
     none = Forces(0.0 * forces.axial, 0.0 * forces.tie)
-    while not is_converged and search.count < _MOST_STEPS:
+    while not is_converged and search.count < search.most_steps:
         trial = search.step(x, forces, damping)
         if not trial.is_good:
             # Where a step ended early, the axial forces are far from those of the equilibrium, and none serve better.
@@ -177,8 +189,8 @@ def find_equilibrium(structure: Structure, start: Floats, *, progress: Optional[
 class _Search:
     """Steps of the search, and how many factorisations they took."""
 
-    def __init__(self, structure: Structure, progress: Optional[Progress]) -> None:
-        self.structure, self.progress = structure, progress
+    def __init__(self, structure: Structure, most_steps: int, progress: Optional[Progress]) -> None:
+        self.structure, self.most_steps, self.progress = structure, most_steps, progress
         self.count = 0
         self.restart = _FIRST_DAMPING
         self._scale = stiffness_scale(structure)
@@ -190,7 +202,7 @@ class _Search:
         y, weight, last, k = x, damping * self._scale, np.inf, 0
         is_close = is_indefinite = False
         most = _MOST_ITERATIONS if damping else _MOST_UNDAMPED
-        while k < most and self.count < _MOST_STEPS and not is_close:
+        while k < most and self.count < self.most_steps and not is_close:
             k += 1
             factors, n_negative = self._factorised(y, forces, damping)
             if n_negative:

@@ -83,7 +83,7 @@ def simulate_weave(
         raise Unsupported("A weave without supports cannot carry loads", remedy="Choose supports, or no loads.")
     rods = place_points(weave.axes, segments=segments, metres=metres, stations=stations)
     diameter = weave.diameters[rods.rod] * metres
-    structure = _structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
+    structure = structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
     found = find_equilibrium(structure, rods.points, progress=progress)
     words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)
@@ -100,9 +100,10 @@ def simulate_weave(
     return at_rest
 
 
-def _structure_of(
+def structure_of(
     weave: Weave, rods: RodPoints, held: Bools, loads: Loads, *, diameter: Floats, metres: float
 ) -> Structure:
+    """Elements, loads and supports of a weave in SI units; the diameter is in metres, of which so many make a unit."""
     bends, stretches, ties = elements_of(weave, rods, diameter=diameter)
     if held.any():
         fixed = np.zeros((len(rods.points), 3), bool)

@@ -6,7 +6,7 @@ that a Hessian is one `numpy.bincount`.  Supported coordinates have no rows.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Optional
 
@@ -61,6 +61,15 @@ class Structure:
     ties: TieElements
     loads: Floats
     is_fixed: Bools
+
+    def cut_to(self, rest: Floats) -> Structure:
+        """The same with other rest lengths (M,) in m; what depends on the elements' points alone is shared."""
+        stretches = self.stretches
+        cut = replace(stretches, rest=rest, stiffness=stretches.stiffness * stretches.rest / rest)
+        changed = replace(self, stretches=cut)
+        for name in ("free", "_order", "_pairs", "_pattern"):
+            changed.__dict__[name] = getattr(self, name)
+        return changed
 
     @cached_property
     def free(self) -> Ints:

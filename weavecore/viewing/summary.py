@@ -7,7 +7,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.polygon_mesh import nodes_on_border
-from weavecore.model import Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
+from weavecore.model import Equilibrium, Latitudes, Lattice, Replay, Strands, SurfaceMesh, Weave
 from weavecore.model.lattice_fit import edge_gaps
 from weavecore.model.notes import at
 from weavecore.units import with_unit
@@ -185,6 +185,24 @@ def describe_equilibrium(equilibrium: Equilibrium) -> Lines:
         ("forces", forces),
         ("equilibrium", f"{stands}, found in {_count(equilibrium.n_steps, 'step')}"),
     ]
+
+
+def describe_replay(found: Replay) -> Lines:
+    """The worst steps of a building sequence.
+
+    Parameters
+    ----------
+    found : Replay
+    """
+    weave, k, m = found.weave, found.worst, found.most_stressed
+    move = with_unit(found.displacement[k], weave.lattice.latitudes.surface.unit, digits=3)
+    n_open = int((~found.is_converged).sum())
+    lines = [
+        ("sequence", f"{_count(len(found), 'step')} of {len(weave):,} replayed"),
+        ("displacement", f"at most {move} after step {found.step[k] + 1}, at node {found.node[k]}"),
+        ("stress", f"at most {found.stress[m]:.0f} MPa after step {found.step[m] + 1}, in {weave.ids[found.rod[m]]}"),
+    ]
+    return lines + ([("doubt", f"{_count(n_open, 'step')} without an equilibrium")] if n_open else [])
 
 
 def regular_share(lattice: Lattice) -> Optional[float]:

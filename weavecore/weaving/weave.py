@@ -9,7 +9,7 @@ Linear in the visits but for sorting; each diameter that is tried costs one fit 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Optional, Union
 
 import numpy as np
@@ -18,6 +18,7 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model.bending import Bending, Material
 from weavecore.model.lattice import FAMILIES, LONGITUDINAL, POCKET, Lattice
+from weavecore.model.notes import Note
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
@@ -111,6 +112,36 @@ def weave_lattice(
         conflicts=bent.order.conflicts,
         clashes=find_clashes(bent.axes, bent.diameters),
     )
+
+
+def move_nodes(weave: Weave, nodes: Floats) -> Weave:
+    """The same rods over and under each other through nodes that are moved a little.
+
+    Parameters
+    ----------
+    weave : Weave
+    nodes : (N, 3) float64
+
+    Returns
+    -------
+    Weave
+        Its lattice counts as off the latitudes.
+    """
+    lattice = replace(weave.lattice, nodes=nodes, off_latitudes=True)
+    style = style_named(weave.over_under)
+    diameters = weave.diameters
+    axes, normals = lay_axes(lattice, weave.strands, weave.joints, diameters, centred_on_rings=style.name == STACKED)
+    bending, _ = measure_bending(axes, normals[weave.strands.nodes], diameters=diameters, material=weave.material)
+    clashes = find_clashes(axes, diameters)
+    return replace(weave, lattice=lattice, axes=axes, normals=normals, bending=bending, clashes=clashes)
+
+
+def with_note(weave: Weave, note: Note) -> Weave:
+    """The same weave, with a note beside those of its surface."""
+    latitudes = weave.lattice.latitudes
+    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, note))
+    lattice = replace(weave.lattice, latitudes=replace(latitudes, surface=surface))
+    return replace(weave, lattice=lattice)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,111 @@
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from weavecore import pipeline
+from weavecore.errors import Unsupported
+from weavecore.model import Compensation, Equilibrium, Weave
+from weavecore.simulating import compensate
+from woven_rods import woven_sample
+
+LIMIT = 6.0
+
+
+@cache
+def dome() -> Weave:
+    return woven_sample("hemisphere", "plain")
+
+
+@cache
+def compensated() -> Compensation:
+    return pipeline.compensate(dome(), supports="none", within=LIMIT)
+
+
+def test_a_released_weave_rests_within_the_limit_once_its_marks_are_compensated() -> None:
+    found = compensated()
+    assert found.before.departure_max > LIMIT
+    assert found.after.is_stable
+    assert found.after.departure_max <= LIMIT
+    assert found.is_within
+    assert found.verdict == "marks"
+    assert len(found.held) == 0
+
+
+def test_the_compensated_weave_keeps_the_shape_that_it_is_drawn_in() -> None:
+    alone = pipeline.simulate(compensated().weave, supports="none")
+    assert alone.departure_max < 0.5 * compensated().before.departure_max
+
+
+def test_marks_move_and_rods_stay_the_same() -> None:
+    found, weave = compensated(), dome()
+    assert 0 < np.abs(found.mark_changes).max() < 10.0
+    assert np.abs(found.length_changes).max() > 0
+    assert found.weave.ids == weave.ids
+    assert (found.weave.strands.nodes == weave.strands.nodes).all()
+    assert (found.weave.joints.visit == weave.joints.visit).all()
+    assert np.linalg.norm(found.weave.lattice.nodes - weave.lattice.nodes, axis=1).max() <= 1.5 * LIMIT
+    assert found.weave.lattice.off_latitudes
+
+
+def test_a_note_states_what_was_reached() -> None:
+    note = compensated().weave.lattice.latitudes.surface.notes[-1]
+    assert note.code == "COMPENSATED"
+    numbers = dict(note.numbers)
+    assert numbers["departure_max_after"] == pytest.approx(compensated().after.departure_max)
+    assert numbers["departure_max_before"] == pytest.approx(compensated().before.departure_max)
+
+
+def test_compensated_results_are_read_back_and_fabricated_with_their_marks(tmp_path: Path) -> None:
+    found = compensated()
+    pipeline.export(found.after, tmp_path / "cut.json")
+    back = pipeline.read_result(tmp_path / "cut.json")
+    assert isinstance(back, Equilibrium)
+    assert back.departure_max == pytest.approx(found.after.departure_max)
+    pipeline.fabricate(tmp_path / "cut.json", tmp_path / "bench")
+    rows = (tmp_path / "bench" / "rods.csv").read_text("utf-8").splitlines()
+    at = [line for line in rows if not line.startswith("#")]
+    length = at[0].split(",").index("length")
+    lengths = [float(line.split(",")[length]) for line in at[1:]]
+    assert lengths == pytest.approx(found.weave.axes.lengths.tolist(), abs=0.01)
+
+
+def test_supported_nodes_stay_where_they_were_drawn() -> None:
+    before = pipeline.simulate(dome(), gravity=False)
+    found = pipeline.compensate(dome(), gravity=False, within=0.7 * before.departure_max)
+    border = dome().is_border_node
+    assert np.linalg.norm((found.weave.lattice.nodes - dome().lattice.nodes)[border], axis=1).max() < 1e-9
+    assert found.after.departure_max <= found.limit
+
+
+def test_a_weave_that_keeps_its_shape_within_the_limit_is_left_as_drawn() -> None:
+    found = pipeline.compensate(dome(), supports="none", within=1000.0)
+    assert found.weave is dome()
+    assert found.verdict == "as drawn"
+    assert not found.mark_changes.any()
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, np.nan])
+def test_limits_that_are_not_positive_are_refused(limit: float) -> None:
+    with pytest.raises(Unsupported, match="positive"):
+        pipeline.compensate(dome(), within=limit)
+
+
+def test_a_limit_that_marks_do_not_reach_gives_a_doubt(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compensate, "_SPRINGS", (1e-2, 1e-7))
+    found = pipeline.compensate(dome(), supports="none", within=1e-4, hold=False)
+    assert not found.is_within
+    assert found.verdict in ("out of reach", "unstable")
+    assert found.weave.lattice.latitudes.surface.notes[-1].code == "SPRINGS_BACK"
+
+
+def test_the_same_weave_gives_the_same_bytes(tmp_path: Path) -> None:
+    again = pipeline.compensate(dome(), supports="none", within=LIMIT)
+    for name, found in (("one.json", compensated()), ("two.json", again)):
+        pipeline.export(found.after, tmp_path / name)
+    assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()
+    assert json.loads((tmp_path / "one.json").read_text("utf-8"))["equilibrium"]["departure"]["max"] <= LIMIT
