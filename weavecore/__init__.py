@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from weavecore.errors import UnitUnknown, WeaveError
-    from weavecore.model import Bands, Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
+    from weavecore.exploring import explore
+    from weavecore.model import Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
     from weavecore.pipeline import (
         Workshop,
         draw_picture,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Bands",
     "Latitudes",
     "Lattice",
     "Material",
@@ -50,6 +50,7 @@ __all__ = [
     "Workshop",
     "__version__",
     "draw_picture",
+    "explore",
     "export",
     "fabricate",
     "inspect_file",
@@ -66,7 +67,8 @@ __all__ = [
 
 _HOMES = {
     "weavecore.errors": ("UnitUnknown", "WeaveError"),
-    "weavecore.model": ("Bands", "Lattice", "Latitudes", "Material", "Polylines", "Strands", "SurfaceMesh", "Weave"),
+    "weavecore.exploring": ("explore",),
+    "weavecore.model": ("Lattice", "Latitudes", "Material", "Polylines", "Strands", "SurfaceMesh", "Weave"),
 }
 
 

@@ -14,6 +14,8 @@ from typing import Annotated, NoReturn, Optional
 
 import typer
 
+from weavecore.commands.choose import choose
+from weavecore.commands.explore import explore
 from weavecore.commands.fabricate import fabricate
 from weavecore.commands.info import info
 from weavecore.commands.mesh import mesh
@@ -81,7 +83,7 @@ def _weavecore(
 ) -> None: ...
 
 
-for _command in (weave, fabricate, simulate, info, mesh, view):
+for _command in (weave, fabricate, simulate, explore, choose, info, mesh, view):
     app.command()(_command)
 
 

@@ -5,7 +5,7 @@ into a folder with a table, pictures and a page; `choose_variant` names the best
 """
 
 from weavecore.exploring.choose import Choice, choose_variant, describe_row
-from weavecore.exploring.explore import Exploration, explore
+from weavecore.exploring.exploration import Exploration, explore
 from weavecore.exploring.table import Row, read_rows
 
 __all__ = ["Choice", "Exploration", "Row", "choose_variant", "describe_row", "explore", "read_rows"]

@@ -23,6 +23,7 @@ import numpy as np
 from weavecore.errors import Unsupported
 from weavecore.linking.link import known_pattern
 from weavecore.model import SurfaceMesh
+from weavecore.units import Length
 from weavecore.version import installed_version
 from weavecore.weaving.bending import material_named
 
@@ -125,11 +126,11 @@ def make_grid(
     surface: SurfaceMesh,
     name: str,
     *,
-    spacings: Sequence[float],
+    spacings: Sequence[Union[float, Length]],
     patterns: Sequence[str],
-    rods: Sequence[Union[float, str, None]],
+    rods: Sequence[Union[float, Length, str]],
     materials: Sequence[str],
-    borders: Sequence[Union[Sequence[int], str, None]],
+    borders: Sequence[Union[Sequence[int], str]],
     is_simulated: bool = False,
 ) -> list[Group]:
     """All combinations of the options for one surface, each once.
@@ -139,12 +140,12 @@ def make_grid(
     surface : SurfaceMesh
     name : str
         Of the surface in the table.
-    spacings : sequence of float
-        In the unit of the surface.
+    spacings : sequence of float or Length
+        Numbers are in the unit of the surface.
     patterns, materials : sequence of str
-    rods : sequence of float, ``"stock"`` or None
-        Diameters in the unit of the surface.
-    borders : sequence of sequences of int, ``"all"`` or None
+    rods : sequence of float, Length or ``"stock"``
+        Diameters; numbers are in the unit of the surface.
+    borders : sequence of sequences of int, or ``"all"``
     is_simulated : bool
 
     Returns
@@ -162,8 +163,8 @@ def make_grid(
     for material in materials:
         material_named(material)
     digest, unit = digest_surface(surface), surface.unit
-    chosen = _once(None if one is None or one == ALL else tuple(int(n) for n in one) for one in borders)
-    diameters = _once(None if rod is None or rod == STOCK else float(rod) for rod in rods)
+    chosen = _once(None if one == ALL else tuple(int(n) for n in one) for one in borders)
+    diameters = _once(None if rod == STOCK else length_in(rod, unit) for rod in rods)
     return [
         Group(
             tuple(
@@ -174,8 +175,31 @@ def make_grid(
             )
         )
         for border in chosen
-        for spacing in _once(float(one) for one in spacings)
+        for spacing in _once(length_in(one, unit) for one in spacings)
     ]
+
+
+def length_in(length: Union[float, Length, str], unit: str) -> float:
+    """A length as a number in a unit.
+
+    Parameters
+    ----------
+    length : float or Length
+        A number is in the unit.
+    unit : str
+        Rhino's name.
+
+    Raises
+    ------
+    Unsupported
+        Where it is neither, or cannot be converted.
+    """
+    if isinstance(length, Length):
+        return length.in_unit(unit)
+    try:
+        return float(length)
+    except (TypeError, ValueError) as error:
+        raise Unsupported(f"{length!r} is not a length", remedy="Give a number.") from error
 
 
 def steps_between(start: float, stop: float, step: float) -> list[float]:

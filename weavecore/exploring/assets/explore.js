@@ -149,9 +149,12 @@ function fillChoices() {
     plotted.forEach((column, k) => make(byId(id), "option", { value: k }, label(column)));
     byId(id).addEventListener("change", drawScatter);
   }
-  const find = (names) => Math.max(0, plotted.findIndex((column) => names.includes(column.name)));
-  byId("x").value = find(["length (m)", "rods"]);
-  byId("y").value = find(["ends inside"]);
+  const find = (name, other) => {
+    const at = plotted.findIndex((column) => column.name === name);
+    return at < 0 ? other : at;
+  };
+  byId("x").value = find("length (m)", 0);
+  byId("y").value = find("least radius / allowed", 1);
 }
 function frontOf(x, y, inside) {
   const sorted = [...inside].sort((a, b) => (x.of(a) === x.of(b) ? (isBetter(y, y.of(a), y.of(b)) ? -1 : 1) : isBetter(x, x.of(a), x.of(b)) ? -1 : 1));

@@ -39,6 +39,7 @@ from weavecore.exploring.table import (
 from weavecore.exploring.variants import Group, digest_surface, make_grid
 from weavecore.files import PathLike, write_together
 from weavecore.model import SurfaceMesh
+from weavecore.units import METRES, Length
 
 Progress = Callable[[float, str], None]
 Input = Union[SurfaceMesh, PathLike]
@@ -75,11 +76,11 @@ def explore(
     inputs: Union[Input, Sequence[Input]],
     folder: PathLike,
     *,
-    spacings: Optional[Sequence[float]] = None,
+    spacings: Optional[Sequence[Union[float, Length]]] = None,
     patterns: Sequence[str] = ("triangular",),
-    rods: Sequence[Union[float, str, None]] = ("stock",),
+    rods: Sequence[Union[float, Length, str]] = ("stock",),
     materials: Sequence[str] = ("gfrp",),
-    borders: Sequence[Union[Sequence[int], str, None]] = ("all",),
+    borders: Sequence[Union[Sequence[int], str]] = ("all",),
     simulate: bool = False,
     pages: bool = True,
     workers: int = 1,
@@ -94,10 +95,10 @@ def explore(
     inputs : SurfaceMesh, path, or sequence of these
     folder : path
         Made where it is not there; in that of an earlier run only what is new is woven.
-    spacings : sequence of float, optional
-        In the unit of each surface; by default the one that `suggest_spacing` gives.
+    spacings : sequence of float or Length, optional
+        Numbers are in the unit of each surface; by default the one that `suggest_spacing` gives.
     patterns, materials : sequence of str
-    rods : sequence of float or ``"stock"``
+    rods : sequence of float, Length or ``"stock"``
         Diameters; ``"stock"`` is the thickest in which nearly all rods can be bent.
     borders : sequence of sequences of int, or ``"all"``
         Numbers of the borders at which distances start.
@@ -124,7 +125,7 @@ def explore(
         What goes wrong with a variant is in its row instead.
     """
     update = progress or (lambda _fraction, _label: None)
-    surfaces = _read_surfaces(inputs)
+    surfaces = _read_surfaces(inputs, spacings)
     grids: list[Group] = []
     for name, surface in surfaces.items():
         wanted = [pipeline.suggest_spacing(surface)] if spacings is None else spacings
@@ -173,15 +174,22 @@ def _without(group: Group, known: Mapping[str, Result]) -> Group:
     return Group(tuple(variant for variant in group.variants if variant.key not in known))
 
 
-def _read_surfaces(inputs: Union[Input, Sequence[Input]]) -> dict[str, SurfaceMesh]:
-    """Surfaces by the names that they get in the table."""
+def _read_surfaces(
+    inputs: Union[Input, Sequence[Input]], spacings: Optional[Sequence[Union[float, Length]]]
+) -> dict[str, SurfaceMesh]:
+    """Surfaces by the names that they get in the table; a file is meshed finely enough for the least spacing."""
     several = [inputs] if isinstance(inputs, (SurfaceMesh, str, os.PathLike)) else inputs
+    least = min(spacings, key=_metres) if spacings else None
     surfaces, names = [], []
     for number, one in enumerate(several, start=1):
         if isinstance(one, SurfaceMesh):
             surfaces.append(one)
             names.append(one.name or f"surface {number}")
         else:
-            surfaces.append(pipeline.read_surface(one))
+            surfaces.append(pipeline.read_surface(one, spacing=least))
             names.append(Path(one).stem)
     return dict(zip(names_of(names), surfaces))
+
+
+def _metres(length: Union[float, Length]) -> float:
+    return length.value * METRES.get(length.unit, 1.0) if isinstance(length, Length) else length
