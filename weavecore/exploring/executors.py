@@ -31,6 +31,9 @@ Results = Future[list[Result]]
 _GROUPS_A_WORKER = 2
 """One that is woven, and one that the worker takes next without waiting for this process."""
 
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables that keep a worker's linear algebra to one thread: with more, workers wait for each other's threads."""
+
 _CONNECT_SECONDS = 30.0
 """Within which a scheduler must answer."""
 
@@ -79,7 +82,8 @@ class _OwnProcesses(Crew):
         )
 
     def submit(self, group: Group) -> Results:
-        return self._pool.submit(_weave_kept, group, self._with_pages)
+        with _one_thread_each():  # The pool starts a process when it needs one more.
+            return self._pool.submit(_weave_kept, group, self._with_pages)
 
     def restart(self) -> None:
         self.close()
@@ -200,6 +204,18 @@ def _connect(address: str) -> Any:
             remedy="Start dask scheduler and dask worker, and give the address that the scheduler prints.",
         ) from error
     return client
+
+
+@contextlib.contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Set the variables that processes which start now read, but for those that the user has set."""
+    names = [name for name in _ONE_THREAD if name not in os.environ]
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        yield
+    finally:
+        for name in names:
+            os.environ.pop(name, None)
 
 
 def _keep(surfaces: dict[str, SurfaceMesh]) -> None:
