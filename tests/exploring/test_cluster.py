@@ -46,13 +46,11 @@ class Cluster:
 
     def _address(self) -> str:
         end = time.monotonic() + _START_SECONDS
-        while True:
-            try:
-                return str(json.loads(self._file.read_text("utf-8"))["address"])
-            except (OSError, ValueError):
-                assert time.monotonic() < end, "no scheduler"
-                assert self.processes[0].poll() is None, (self._folder / "scheduler0.log").read_text("utf-8")
-                time.sleep(0.05)
+        while not (self._file.exists() and self._file.read_text("utf-8").rstrip().endswith("}")):
+            assert time.monotonic() < end, "no scheduler"
+            assert self.processes[0].poll() is None, (self._folder / "scheduler0.log").read_text("utf-8")
+            time.sleep(0.05)
+        return str(json.loads(self._file.read_text("utf-8"))["address"])
 
     def stop(self) -> None:
         for process in reversed(self.processes):
