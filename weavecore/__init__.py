@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from weavecore.errors import UnitUnknown, WeaveError
-    from weavecore.model import Bands, Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
+    from weavecore.exploring import explore
+    from weavecore.model import Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
     from weavecore.pipeline import (
         Workshop,
         compensate,
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Bands",
     "Latitudes",
     "Lattice",
     "Material",
@@ -53,6 +53,7 @@ __all__ = [
     "__version__",
     "compensate",
     "draw_picture",
+    "explore",
     "export",
     "fabricate",
     "inspect_file",
@@ -70,7 +71,8 @@ __all__ = [
 
 _HOMES = {
     "weavecore.errors": ("UnitUnknown", "WeaveError"),
-    "weavecore.model": ("Bands", "Lattice", "Latitudes", "Material", "Polylines", "Strands", "SurfaceMesh", "Weave"),
+    "weavecore.exploring": ("explore",),
+    "weavecore.model": ("Lattice", "Latitudes", "Material", "Polylines", "Strands", "SurfaceMesh", "Weave"),
 }
 
 

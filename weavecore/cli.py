@@ -20,6 +20,8 @@ from typing import Annotated, Any, NoReturn, Optional
 import typer
 from typer.core import TyperGroup
 
+from weavecore.commands.choose import choose
+from weavecore.commands.explore import explore
 from weavecore.commands.fabricate import fabricate
 from weavecore.commands.info import info
 from weavecore.commands.mesh import mesh
@@ -115,7 +117,7 @@ def _weavecore(
 ) -> None: ...
 
 
-for _command in (weave, fabricate, simulate, info, mesh, view):
+for _command in (weave, fabricate, simulate, explore, choose, info, mesh, view):
     app.command()(_command)
 
 

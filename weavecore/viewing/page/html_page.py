@@ -1,19 +1,16 @@
 """The HTML page: markup, style, programs and data in one file that loads nothing from the network.
 
-The template ``assets/page.html`` has marks ``{{name}}``.  A content security policy allows only the scripts and the
-style whose SHA-256 is in the page; texts of the result are data, with ``<``, ``>`` and ``&`` escaped.
+The template is ``assets/page.html``; `offline_page` fills it.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import html
-import json
 from importlib import resources
-from typing import Any, Optional
+from typing import Optional
 
 from weavecore.model import BuildSequence, Strands
+from weavecore.viewing.page.offline_page import as_script_data, content_policy, fill_template
 from weavecore.viewing.page.page_content import page_content
 from weavecore.viewing.scene import Pictured
 
@@ -57,43 +54,16 @@ def encode_page(
     own = "\n".join(_asset(name) for name in _PROGRAMS)
     program = f'(function () {{\n"use strict";\n{own}\n}})();\n'
     parts = {
-        "policy": _policy([library, program], style),
+        "policy": content_policy([library, program], style),
         "title": html.escape(f"{content['title']} – weavecore"),
         "style": style,
-        "data": _as_script_data(content),
+        "data": as_script_data(content),
         "licence": _asset("three.LICENSE.txt").strip(),
         "library": library,
         "program": program,
     }
-    page = _asset("page.html")
-    # A part may itself contain a mark, so the template is split first.
-    head, *rest = page.split("{{")
-    filled = [head]
-    for piece in rest:
-        name, _, text = piece.partition("}}")
-        filled += [parts[name], text]
-    # A lone surrogate in a name cannot be encoded.
-    return "".join(filled).encode("utf-8", "replace")
+    return fill_template(_asset("page.html"), parts)
 
 
 def _asset(name: str) -> str:
     return resources.files("weavecore.viewing.page").joinpath("assets", name).read_text("utf-8")
-
-
-def _policy(programs: list[str], style: str) -> str:
-    """The content security policy: load nothing, and run only the scripts of the page."""
-    runs = " ".join(_hash(program) for program in programs)
-    return (
-        f"default-src 'none'; script-src {runs}; style-src {_hash(style)}; "
-        "img-src data: blob:; base-uri 'none'; form-action 'none'"
-    )
-
-
-def _hash(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"
-
-
-def _as_script_data(content: dict[str, Any]) -> str:
-    """JSON in which no text can close its script element."""
-    text = json.dumps(content, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
