@@ -59,9 +59,11 @@ def estimate_needs(weave: Weave, *, scale: float, workshop: Workshop) -> Materia
     """
     plan = plan_rods(weave, scale)
     pieces, _ = cut_rods(plan, workshop)
-    bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf)
-    cut = sum(piece.cut_length for piece in pieces)
+    bars = nest_pieces(pieces, stock=workshop.stock, kerf=workshop.kerf, diameters=plan.diameters)
+    lengths = np.array([piece.cut_length for piece in pieces])
+    cut = float(lengths.sum())
     density = weave.material.density
-    mass = np.pi / 4 * plan.diameter**2 * density * KG_PER_MM3 * cut
+    area = np.pi / 4 * plan.diameters[[piece.rod for piece in pieces]] ** 2
+    mass = density * KG_PER_MM3 * (area * lengths).sum()
     waste = 1.0 - cut / (workshop.stock * max(len(bars), 1))
     return MaterialNeeds(cut / _MM_PER_M, float(mass) if density > 0 else None, len(bars), float(waste))
