@@ -66,12 +66,14 @@ def fabricate(
         typer.Option(
             metavar="KINDS",
             callback=_each_of(TEMPLATES),
-            help="Templates to draw: dxf, svg and pdf with commas between, or none.",
+            help="Formats of templates, drawings and labels: dxf, svg and pdf with commas between, or none.",
         ),
     ] = ",".join(TEMPLATES),
     paper: Annotated[
         str,
-        typer.Option(metavar="SIZE", callback=_each_of(PAPERS), help="Paper of the PDF: A4, A3, A2, A1 or A0."),
+        typer.Option(
+            metavar="SIZE", callback=_each_of(PAPERS), help="Paper of templates and drawings: A4, A3, A2, A1 or A0."
+        ),
     ] = "A3",
     unit: Annotated[
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
@@ -80,7 +82,7 @@ def fabricate(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a folder that is there already.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write tables, templates, a sequence and a bill of materials to build a weave from.
+    """Write tables, templates, labels, drawings and a sequence of steps to build a weave from.
 
     All lengths are millimetres, here and in the folder, unless a unit is written after them.
     """
