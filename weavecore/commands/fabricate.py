@@ -69,12 +69,14 @@ def fabricate(
         typer.Option(
             metavar="KINDS",
             callback=_each_of(TEMPLATES),
-            help="Templates to draw: dxf, svg and pdf with commas between, or none.",
+            help="Formats of templates, drawings and labels: dxf, svg and pdf with commas between, or none.",
         ),
     ] = ",".join(TEMPLATES),
     paper: Annotated[
         str,
-        typer.Option(metavar="SIZE", callback=_each_of(PAPERS), help="Paper of the PDF: A4, A3, A2, A1 or A0."),
+        typer.Option(
+            metavar="SIZE", callback=_each_of(PAPERS), help="Paper of templates and drawings: A4, A3, A2, A1 or A0."
+        ),
     ] = "A3",
     simulation: Annotated[
         Optional[Path],
@@ -92,7 +94,7 @@ def fabricate(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a folder that is there already.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write tables, templates, a sequence and a bill of materials to build a weave from.
+    """Write tables, templates, labels, drawings and a sequence of steps to build a weave from.
 
     All lengths are millimetres, here and in the folder, unless a unit is written after them.
     """

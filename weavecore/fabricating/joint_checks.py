@@ -20,7 +20,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from weavecore.fabricating.csv_tables import ReadTable, read_statement
-from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder, count_of, greatest_of, note_of
+from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder, count_of, greatest_of
 from weavecore.fabricating.written_axes import WrittenAxes
 from weavecore.geometry.arrays import Floats
 
@@ -157,7 +157,8 @@ def _check_conflicts(folder: WrittenFolder) -> Iterator[CheckResult]:
     weave = read_statement(folder.files["marks.csv"])["weave"]
     joints, rods = folder.table("joints"), folder.table("rods")
     listed = Counter((rod, joint) for joint, row in zip(joints["joint_id"], joints.lists("conflicts")) for rod in row)
-    yield note_of("order_conflicts_listed", _names(listed), _CONFLICTS)
+    count = float(sum(listed.values()))
+    yield CheckResult("order_conflicts_listed", count, float("inf"), tuple(sorted(set(_names(listed)))), _CONFLICTS)
     if weave.startswith(_TWILL):
         over, under = (int(part) for part in weave[len(_TWILL) :].split("/"))
         yield count_of("order_conflict_not_listed", _twill_breaks(folder, set(listed), over, under))

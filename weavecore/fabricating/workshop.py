@@ -50,9 +50,9 @@ class Workshop:
     kerf : float
         Length that the saw removes at each cut.
     templates : tuple of str
-        Which of ``"dxf"``, ``"svg"`` and ``"pdf"`` are drawn.
+        In which of ``"dxf"``, ``"svg"`` and ``"pdf"`` templates and drawings are written; labels are a PDF.
     paper : str
-        Paper of the PDF: ``"A4"`` to ``"A0"``.
+        Paper of templates and drawings: ``"A4"`` to ``"A0"``.
 
     Raises
     ------
