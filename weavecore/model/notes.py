@@ -1,8 +1,8 @@
 """`Note`: one thing that was changed, left out, guessed or doubted on the way from the input to the result.
 
 A note has a code, like an error, and says how much and where.  *Changes* leave the shape as it is, or were asked for;
-*doubts* say that the input may not be what it was meant to be, or that the result may not be what is wanted: with
-``--strict`` they are refused.  `NOTE_CODES` lists all codes.
+*hints* name an option that would give a better result; *doubts* say that the input may not be what it was meant to be,
+or that the result may not be what is wanted: with ``--strict`` they are refused.  `NOTE_CODES` lists all codes.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
         "FILLED": "holes closed as asked for",
         "JOINED": "objects joined to one surface",
         "LEFT_OUT": "parts left out as asked for",
+        "PHASE": "the nearest spacing at which fewer rods would end where two fronts meet",
         "REPAIRED": "a repair of a result that an older version wrote",
         "REVERSED": "faces turned over, so that all are oriented alike",
         "SPLIT": "vertices shared by several fans of faces, split into one for each",

@@ -18,6 +18,7 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.surface import SurfaceMesh
 from weavecore.offsetting.distance.solver import measure_distance
 from weavecore.offsetting.isolines.extract import prune_beside_free_borders, trace_latitudes
+from weavecore.offsetting.phase import note_phase
 from weavecore.offsetting.preparation import refine_for_spacing, refuse_closed
 from weavecore.offsetting.spacing import LevelSchedule, Spacing
 
@@ -56,4 +57,6 @@ def offset_levels(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     refuse_closed(surface)
     fine = refine_for_spacing(surface, schedule.least_spacing)
     field = measure_distance(fine, progress=progress)
+    if len(schedule.levels) == 1:
+        fine = note_phase(fine, field, schedule.last_spacing)
     return prune_beside_free_borders(trace_latitudes(fine, field, spacing=spacing))

@@ -24,6 +24,7 @@ from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.geometry.refine import refine_faces
 from weavecore.model import SurfaceMesh
 from weavecore.offsetting.distance.solver import measure_distance
+from weavecore.offsetting.phase import spacing_in_phase
 from weavecore.tolerances import LEVEL_ROUNDING
 
 Spacing = Union[float, Sequence[float], Floats]
@@ -174,7 +175,7 @@ _ROUND_NUMBERS = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.
 
 
 def suggest_spacing(surface: SurfaceMesh) -> float:
-    """Suggest a round spacing that fills the surface with about fifteen generations.
+    """Suggest a round spacing that fills the surface with about fifteen generations, and at which fronts meet in phase.
 
     Parameters
     ----------
@@ -196,7 +197,11 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
         depth = 2 * float((areas / surface.edge_lengths.reshape(-1, 3).sum(1)).max())
     wanted = min(depth / N_GENERATIONS, MAX_TURN_PER_SPACING * _mean_radius(surface, float(areas.sum())))
     wanted = max(wanted, min(SUGGESTED_EDGES_PER_SPACING * mean_edge, depth / MIN_GENERATIONS))
-    return round_length(max(wanted, min(math.sqrt(float(areas.sum()) / MOST_CELLS), depth / FEWEST_GENERATIONS)))
+    spacing = round_length(max(wanted, min(math.sqrt(float(areas.sum()) / MOST_CELLS), depth / FEWEST_GENERATIONS)))
+    try:
+        return spacing_in_phase(surface, measure_distance(surface, most_steps=_MOST_STEPS_FOR_DEPTH), spacing)
+    except TooMuchWork:
+        return spacing
 
 
 def round_length(length: float) -> float:
