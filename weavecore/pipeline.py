@@ -13,6 +13,7 @@ from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
 from weavecore.fabricating.csv_tables import Source
+from weavecore.fabricating.work import check_work as check_fabrication
 from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import (
     NAMES,
@@ -43,6 +44,7 @@ from weavecore.reading.thickness import note_thickness
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.hold import hold_until_within
 from weavecore.simulating.simulate import SEGMENTS, simulate_weave
+from weavecore.simulating.work import check_work as check_simulation
 from weavecore.units import check_length, millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.html_page import encode_page
@@ -305,10 +307,11 @@ def simulate(
 
     Raises
     ------
-    Unsupported
+    Unsupported, TooMuchWork
     NotConverged
         Where no equilibrium was found; ``reached`` is the state at which the search ended.
     """
+    check_simulation(weave, segments)
     down = (0.0, 0.0, -1.0)
     is_on = (supports != "none" or within is not None) if gravity is None else gravity is not False
     direction = (down if gravity is None or gravity is True else gravity) if is_on else None
@@ -485,7 +488,7 @@ def fabricate(
 
     Raises
     ------
-    Unsupported, OutputExists, NotWritten, and what `read_result` raises
+    Unsupported, TooMuchWork, OutputExists, NotWritten, and what `read_result` raises
     """
     tell = progress or (lambda _fraction, _label: None)
     shop = workshop or Workshop()
@@ -495,6 +498,7 @@ def fabricate(
     tell(0.0, "reading")
     weave, content = (result, encode(result, "result.json")) if isinstance(result, Weave) else read_weave(result)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
+    check_fabrication(weave, scale=scale, stock=shop.stock)
     source = Source.of(weave, content)
     made = fabricate_weave(
         weave,

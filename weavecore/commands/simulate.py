@@ -68,7 +68,8 @@ def simulate(
         pipeline.check_outputs(targets, overwrite=overwrite, inputs=[result_file])
         tell(0.0, "reading")
         weave = pipeline.read_rods(result_file)
-        held = pipeline.read_curves(supports) if Path(supports).suffix else supports
+        is_file = bool(Path(supports).suffix)
+        held = pipeline.read_curves(supports, guarded=True, time_limit=time_limit) if is_file else supports
         equilibrium = pipeline.simulate(
             weave,
             supports=held,

@@ -16,7 +16,7 @@ from weavecore.geometry.splines import CurveSamples, points_at_stations
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
-_STEP_IN_DIAMETERS = 2.0
+STEP_IN_DIAMETERS = 2.0
 """The bending along a rod is sampled in steps of so many diameters where places for splices are rated."""
 
 
@@ -78,7 +78,7 @@ class RodPlan:
     @cached_property
     def bending(self) -> BendingProfile:
         """The utilisation of all rods along their length."""
-        samples = self.axes.samples(_STEP_IN_DIAMETERS * self.diameter)
+        samples = self.axes.samples(STEP_IN_DIAMETERS * self.diameter)
         return BendingProfile(samples, self.weave.material.least_bend * self.diameter * samples.curvatures)
 
     def visits_at_joints(self, rod: int) -> Ints:
