@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,8 @@ from weavecore.exporting.registry import encode
 from weavecore.geometry.refine import refine_faces
 from weavecore.linking.link import MOST_NODES
 from weavecore.model import SurfaceMesh
+from weavecore.simulating import work as simulating_work
+from woven_tube import tube_lattice
 
 QUICK = 15.0
 """Seconds within which all is refused or done here, on a busy machine."""
@@ -99,6 +102,22 @@ def test_rods_too_thin_or_too_thick_to_be_compared_are_refused(diameter: float, 
     lattice = pipeline.link(pipeline.offset(SurfaceMesh(*plate(24)), spacing=3.0))
     with pytest.raises(TooMuchWork, match=why):
         pipeline.weave(lattice, rod_diameter=diameter)
+
+
+def test_rods_that_take_too_many_points_or_pieces_of_stock_are_not_fabricated(tmp_path: Path) -> None:
+    woven = pipeline.weave(tube_lattice())
+    thin = replace(woven, rod_diameter=1e-9)
+    with pytest.raises(TooMuchWork, match=r"measured at about 85,\d\d\d,\d\d\d,\d\d\d points"):
+        pipeline.fabricate(thin, tmp_path / "thin")
+    with pytest.raises(TooMuchWork, match="pieces of stock of 1 mm"):
+        pipeline.fabricate(woven, tmp_path / "short", workshop=pipeline.Workshop(stock=1.0))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_more_points_than_the_memory_holds_are_not_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulating_work, "MOST_POINTS", 500)
+    with pytest.raises(TooMuchWork, match="of 32 segments have about"):
+        pipeline.simulate(pipeline.weave(tube_lattice()), segments=32)
 
 
 def test_a_command_ends_when_its_time_is_over(

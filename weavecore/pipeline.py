@@ -23,6 +23,7 @@ from weavecore.exporting.replay_json import encode_replay
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
+from weavecore.fabricating.work import check_work as check_fabrication
 from weavecore.fabricating.workshop import Workshop
 from weavecore.fabricating.workshop_folder import (
     NAMES,
@@ -67,6 +68,7 @@ from weavecore.simulating.compensate import LIMIT, compensation_note, find_balan
 from weavecore.simulating.hold import hold_until_within
 from weavecore.simulating.replay import MOST_STEPS, replay_sequence
 from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave
+from weavecore.simulating.work import check_work as check_simulation
 from weavecore.units import check_length, millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.html_page import encode_page
@@ -345,10 +347,11 @@ def simulate(
 
     Raises
     ------
-    Unsupported
+    Unsupported, TooMuchWork
     NotConverged
         Where no equilibrium was found; ``reached`` is the state at which the search ended.
     """
+    check_simulation(weave, segments)
     is_default = supports != "none" or within is not None
     loads = Loads(gravity=_direction(gravity, is_default=is_default), pressure=pressure, forces=tuple(forces))
 
@@ -683,7 +686,7 @@ def fabricate(
 
     Raises
     ------
-    Unsupported, OutputExists, NotWritten, and what `read_result` raises
+    Unsupported, TooMuchWork, OutputExists, NotWritten, and what `read_result` raises
     """
     tell = progress or (lambda _fraction, _label: None)
     shop = workshop or Workshop()
@@ -699,6 +702,7 @@ def fabricate(
     weave = value.weave if isinstance(value, Equilibrium) else value
     at_rest = simulation_of(weave, value if simulation is None else simulation)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
+    check_fabrication(weave, scale=scale, stock=shop.stock)
     source = Source.of(weave, content)
     if overhang is not None:
         weave = with_overhangs(weave, overhang / scale)

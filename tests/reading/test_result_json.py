@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import json
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,10 @@ import pytest
 
 from open_cloth import CLOTHS, cloth_latitudes, woven_cloth
 from weavecore import pipeline
-from weavecore.errors import BadIndex, NonFinite, Unreadable, Unsupported, WeaveError
+from weavecore.errors import BadIndex, NonFinite, TooMuchWork, Unreadable, Unsupported, WeaveError
 from weavecore.exporting.registry import encode
-from weavecore.model import Clashes
+from weavecore.model import Clashes, Material, Note, Weave
+from weavecore.reading.formats import result_json
 from weavecore.reading.formats.result_json import decode_result, read_result, take_result
 from woven_rods import FOLDER, woven_sample
 from woven_tube import tube_lattice
@@ -168,6 +170,17 @@ def is_refused(whole: dict[str, Any]) -> bool:
         (("strands", 1, "axis", "controls", 3, 0), 1e6, Unreadable, "does not pass"),
         (("strands", 1, "stations", 3), 0.0, Unreadable, "do not rise"),
         (("strands", 0, "id"), "L02", Unreadable, "same id"),
+        (("strands", 0, "id"), "=cmd|' /C calc'!A0", Unreadable, r"strands\[0\].id is .* letters, digits"),
+        (("strands", 0, "id"), "L 01", Unreadable, r"strands\[0\].id is 'L 01'"),
+        (("strands", 0, "id"), "L\n01", Unreadable, r"strands\[0\].id has the character U\+000A"),
+        (("strands", 0, "id"), "L\u202801", Unreadable, r"U\+2028"),
+        (("strands", 0, "id"), "L\ud80001", Unreadable, r"U\+D800"),
+        (("strands", 0, "id"), "", Unreadable, "letters, digits"),
+        (("weave", "over_under"), "upside", Unreadable, "weave.over_under is 'upside', and must be stacked"),
+        (("weave", "material", "name"), "g\x1bfrp", Unreadable, r"weave.material.name has the character U\+001B"),
+        (("surface", "name"), "x" * 10_001, Unreadable, "surface.name has more than 10,000"),
+        (("unit",), "mm; x", Unreadable, "unit is 'mm; x'"),
+        (("parameters", "pattern"), "a/b", Unreadable, "parameters.pattern is"),
         (("weave", "normals", 0, 0), "up", Unreadable, "weave.normals"),
         (("weave", "normals"), [], Unreadable, "weave.normals"),
         (("weave", "rod_diameter"), 0, Unreadable, "weave.rod_diameter"),
@@ -222,6 +235,33 @@ def test_numbers_beyond_all_floats_are_not_finite() -> None:
     whole = json.dumps({**document(), "tolerance": 777.0}).replace("777.0", "1e999")
     with pytest.raises(NonFinite, match="tolerance"):
         decode_result(whole.encode())
+
+
+def test_texts_that_are_written_can_be_read_back() -> None:
+    """Names and materials of a caller may hold what no terminal shows."""
+    weave = pipeline.weave(tube_lattice(), material=Material("=a\tb\ud800", 1e9, 1e8, 2.0, 1e3, "a\nb"))
+    again = decode_result(encode(weave, "a.json"))
+    assert isinstance(again, Weave)
+    assert (again.material.name, again.material.source) == ("=a\ufffdb\ufffd", "a\ufffdb")
+    assert Note("SLIT", "a\x1bb").text == "a\ufffdb"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX files")
+def test_pipes_and_devices_are_refused_before_they_are_opened(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.json")
+    (tmp_path / "zero.json").symlink_to("/dev/zero")
+    for name in ("pipe.json", "zero.json"):
+        with pytest.raises(Unreadable, match="is not a file"):
+            read_result(tmp_path / name)
+
+
+def test_a_result_too_large_for_the_memory_is_refused_by_its_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(result_json, "MOST_BYTES", 1000)
+    (tmp_path / "large.json").write_bytes(b" " * 5_000_000)
+    with pytest.raises(TooMuchWork, match=r"5 MB, and would take about 0\.1 GB"):
+        read_result(tmp_path / "large.json")
 
 
 def test_a_missing_file_is_unreadable(tmp_path: Path) -> None:

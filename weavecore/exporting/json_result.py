@@ -16,6 +16,7 @@ import numpy as np
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.geometry.splines import DEGREE
 from weavecore.model import FAMILIES, Equilibrium, Latitudes, Lattice, Note, Strands, SurfaceMesh, Weave
+from weavecore.texts import printable
 
 FORMAT, VERSION = "weavecore", 1
 """Keys ``format`` and ``version``; the version rises when a key changes its meaning."""
@@ -50,7 +51,7 @@ def encode_json(product: Product) -> bytes:
         "version": VERSION,
         "unit": product.surface.unit,
         "tolerance": product.surface.tolerance,
-        "parameters": dict(product.parameters),
+        "parameters": _without_hidden(dict(product.parameters)),
         "notes": [_note(note) for note in product.surface.notes],
         "surface": _surface(product.surface),
     }
@@ -72,6 +73,15 @@ def encode_json(product: Product) -> bytes:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 
 
+def _without_hidden(value: Any) -> Any:
+    """The value with only characters in its texts that can be shown."""
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, dict):
+        return {key: _without_hidden(one) for key, one in value.items()}
+    return [_without_hidden(one) for one in value] if isinstance(value, (list, tuple)) else value
+
+
 def _note(note: Note) -> dict[str, Any]:
     return {
         "code": note.code,
@@ -84,7 +94,7 @@ def _note(note: Note) -> dict[str, Any]:
 
 def _surface(surface: SurfaceMesh) -> dict[str, Any]:
     entry: dict[str, Any] = {
-        "name": surface.name,
+        "name": printable(surface.name),
         "vertices": surface.vertices.tolist(),
         "faces": surface.faces.tolist(),
     }
@@ -194,12 +204,12 @@ def _weave_entry(weave: Weave) -> dict[str, Any]:
         "rod_diameter": weave.rod_diameter,
         "over_under": weave.over_under,
         "material": {
-            "name": material.name,
+            "name": printable(material.name),
             "modulus": material.modulus,
             "strength": material.strength,
             "factor": material.factor,
             "density": material.density,
-            "source": material.source,
+            "source": printable(material.source),
         },
         "normals": weave.normals.tolist(),
         "ends_inside": weave.n_ends_inside,
@@ -225,8 +235,8 @@ def _equilibrium_entry(equilibrium: Equilibrium) -> dict[str, Any]:
         "converged": equilibrium.is_converged,
         "stable": equilibrium.is_stable,
         "negative_modes": equilibrium.n_negative,
-        "supports": equilibrium.supports,
-        "loads": equilibrium.loads,
+        "supports": printable(equilibrium.supports),
+        "loads": printable(equilibrium.loads),
         "departure": {
             "mean": equilibrium.departure_mean,
             "p95": equilibrium.departure_p95,

@@ -17,7 +17,7 @@ from weavecore.geometry.splines import CurveSamples, points_at_stations, span_en
 from weavecore.model import RodAxes, Weave
 from weavecore.model.strands import first_generations
 
-_STEP_IN_DIAMETERS = 2.0
+STEP_IN_DIAMETERS = 2.0
 """Bending is sampled in steps of so many diameters of the thinnest rod where places for splices are rated."""
 
 
@@ -83,7 +83,7 @@ class RodPlan:
         start, _, width = span_ends(rows.parameters, rows.offsets, self.axes.closed, rows.ends)
         rod = rows_of(rows.offsets)[start]
         # The other rods are sampled at their visits alone.
-        samples = self.axes.samples(np.where(rods[rod], _STEP_IN_DIAMETERS * self.diameters[rod], 2 * width))
+        samples = self.axes.samples(np.where(rods[rod], STEP_IN_DIAMETERS * self.diameters[rod], 2 * width))
         least_radius = self.weave.material.least_bend * self.diameters[rows_of(samples.offsets)]
         return BendingProfile(samples, least_radius * samples.curvatures)
 

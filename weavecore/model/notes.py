@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from weavecore.geometry.arrays import Floats, frozen
+from weavecore.texts import printable
 
 NOTE_CODES: Mapping[str, str] = MappingProxyType(
     {
@@ -98,6 +99,7 @@ class Note:
     def __post_init__(self) -> None:
         if self.code not in NOTE_CODES:
             raise ValueError(f"no note has the code {self.code!r}")
+        object.__setattr__(self, "text", printable(self.text))
         pairs = self.numbers.items() if isinstance(self.numbers, Mapping) else self.numbers
         object.__setattr__(self, "numbers", tuple((str(name), float(number)) for name, number in pairs))
         places = np.asarray(self.points, np.float64).reshape(-1, 3)[:MOST_POINTS]

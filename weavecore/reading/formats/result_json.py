@@ -1,24 +1,23 @@
 """The JSON result, read back to the value of the last stage that wrote it.
 
-Nothing in the file is trusted: `ResultPart` wraps each JSON object and checks every value when it is taken, indices
-against what they refer to and numbers for being finite.  Values that follow from others, as the points of rod axes
-from nodes and layer offsets, are computed again.  Linear in the bytes.
+Nothing in the file is trusted: `ResultPart` wraps each JSON object and checks every value when it is taken.  Values
+that follow from others, as the points of rod axes from nodes and layer offsets, are computed again.  Linear in the
+bytes.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+import re
 from pathlib import Path
-from typing import Any, NoReturn, Optional, Union
+from typing import Any, NoReturn, Union
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from weavecore.errors import BadIndex, NonFinite, Unreadable, Unsupported
+from weavecore.errors import TooMuchWork, Unreadable, Unsupported, WeaveError
 from weavecore.files import PathLike
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
 from weavecore.geometry.splines import DEGREE, fit_splines
 from weavecore.model import (
     FAMILIES,
@@ -40,6 +39,7 @@ from weavecore.model import (
 )
 from weavecore.model.notes import NOTE_CODES
 from weavecore.model.rod_axes import tip_parameters
+from weavecore.reading.formats.result_part import ResultPart, damaged_result
 
 FORMAT, VERSION = "weavecore", 1
 """What every result says of itself; `VERSION` rises when keys change their meaning."""
@@ -54,13 +54,19 @@ _TINY = float(np.finfo(float).tiny)
 _FROM_NODE = 1e-6
 """An axis may miss the points of its strand by this part of the size of the lattice: far above rounding in JSON."""
 
-_REMEDY = "The file is damaged, or another version wrote it: weave again with this version of weavecore."
+_MEMORY_PER_BYTE = 27
+"""Memory that parsing takes for each byte of the file: a number of 18 characters becomes an object and its place in a
+list; 99 MB took 2.6 GB."""
 
-_BEYOND = 1e100
-"""Numbers of this size and more are refused: squares and products of lesser ones are finite."""
+MOST_BYTES = 150_000_000
+"""Largest file that is read, in 4 GB of memory: a weave of some 50,000 nodes."""
 
-_WORDS = {"fiu": "a number", "iu": "a whole number", "b": "true or false"}
-"""What the kinds of NumPy types are called in errors."""
+_ID = re.compile(r"[A-Za-z0-9_]{1,32}")
+"""Ids stand in tables between blanks, and with ``-`` and a number in the names of pieces and splices."""
+
+_STYLE = re.compile(r"stacked|plain|twill [1-9][0-9]?/[1-9][0-9]?")
+_PATTERN = re.compile(r"[a-z]{1,32}")
+_UNIT = re.compile(r"[A-Za-z]{0,32}")
 
 
 def read_result(path: PathLike) -> Result:
@@ -192,7 +198,7 @@ def _surface(document: ResultPart) -> SurfaceMesh:
     return SurfaceMesh(
         vertices,
         part.indices("faces", (-1, 3), len(vertices)),
-        unit=document.text("unit"),
+        unit=document.word("unit", _UNIT, "the name of a unit"),
         tolerance=document.number("tolerance", least=0.0),
         cuts=cuts,
         name=part.text("name"),
@@ -211,8 +217,8 @@ def _take_notes(document: ResultPart) -> tuple[Note, ...]:
         numbers = part.part("numbers")
         code = part.text("code")
         if code not in NOTE_CODES:
-            raise _damaged_result(f"{part.path('code')} is {code[:40]!r}, which no note has")
-        pairs = {name: numbers.number(name) for name in numbers}
+            raise damaged_result(f"{part.path('code')} is {code[:40]!r}, which no note has")
+        pairs = {name: numbers.number(name) for name in numbers.names_of_values()}
         notes.append(Note(code, part.text("text"), pairs, part.floats("points", (-1, 3))))
     return tuple(notes)
 
@@ -225,7 +231,7 @@ def _latitudes(document: ResultPart, surface: SurfaceMesh) -> Latitudes:
     # Results from before polylines could be open do not say that they are closed.
     closed = part.flags("closed", n) if "closed" in part else np.ones(n, bool)
     if (np.diff(offsets) < np.where(closed, 3, 2)).any():
-        raise _damaged_result("latitudes.offsets has a polyline of too few points: three if closed, else two")
+        raise damaged_result("latitudes.offsets has a polyline of too few points: three if closed, else two")
     return Latitudes(
         surface=surface,
         polylines=Polylines(
@@ -267,7 +273,7 @@ def _lattice(document: ResultPart, latitudes: Latitudes) -> Lattice:
     edges = part.indices("edges", (-1, 2), n)
     family = part.names("edge_family", FAMILIES)
     if len(family) != len(edges):
-        raise _damaged_result(f"lattice.edge_family has {len(family)} entries for {len(edges)} edges")
+        raise damaged_result(f"lattice.edge_family has {len(family)} entries for {len(edges)} edges")
     return Lattice(
         latitudes=latitudes,
         nodes=nodes,
@@ -277,7 +283,7 @@ def _lattice(document: ResultPart, latitudes: Latitudes) -> Lattice:
         edge_family=family,
         node_latitude=part.indices("node_latitude", (n,), len(latitudes), least=-1),
         node_station=part.floats("node_station", (n,)),
-        pattern=document.part("parameters").text("pattern"),
+        pattern=document.part("parameters").word("pattern", _PATTERN, "the name of a pattern"),
         edge_length=_positive(document, "edge_length"),
         off_latitudes="off_latitudes" in part and part.flag("off_latitudes"),
     )
@@ -288,12 +294,28 @@ def _positive(document: ResultPart, key: str) -> float:
 
 
 def _read_bytes(path: PathLike) -> bytes:
+    file = Path(path)
     try:
-        return Path(path).read_bytes()
-    except OSError as error:
+        if not file.is_file():  # A pipe or a device may never end.
+            what = "is not a file" if file.exists() else "does not exist"
+            raise Unreadable(f"{path} {what}", remedy="Give a result that `weavecore weave --json` wrote.")
+        with file.open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except WeaveError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or error
         raise Unreadable(
-            f"{path} could not be read: {error.strerror or error}", remedy="Check the path and file permissions."
+            f"{path} could not be read: {reason}", remedy="Check the path and file permissions."
         ) from error
+    if len(data) > MOST_BYTES:
+        size = file.stat().st_size
+        raise TooMuchWork(
+            f"{path} has {size / 1e6:.0f} MB, and would take about {_MEMORY_PER_BYTE * size / 1e9:.1f} GB of memory; "
+            f"the limit is {MOST_BYTES / 1e6:.0f} MB",
+            remedy="Weave with a larger spacing or longer edges, or from a coarser mesh.",
+        )
+    return data
 
 
 def _take_origins(surface: ResultPart, n_vertices: int) -> Origins:
@@ -303,11 +325,11 @@ def _take_origins(surface: ResultPart, n_vertices: int) -> Origins:
     closed = np.array([row.flag("closed") for row in rows], bool)
     for row, path, is_closed in zip(rows, paths, closed.tolist()):
         if len(path) < (3 if is_closed else 2):
-            raise _damaged_result(f"{row.path('vertices')} has {len(path)} vertices, too few for a path")
+            raise damaged_result(f"{row.path('vertices')} has {len(path)} vertices, too few for a path")
     origins = Origins(paths, closed)
     passed = origins.vertices()
     if len(np.unique(passed)) < len(passed):
-        raise _damaged_result(f"{surface.path('origins')} pass a vertex twice")
+        raise damaged_result(f"{surface.path('origins')} pass a vertex twice")
     return origins
 
 
@@ -315,10 +337,10 @@ def _take_weave(document: ResultPart, lattice: Lattice) -> Weave:
     """The weave on a lattice that was read before."""
     part = document.part("weave")
     rows = list(document.parts("strands"))
-    ids = tuple(row.text("id") for row in rows)
+    ids = tuple(row.word("id", _ID, "up to 32 letters, digits and underscores") for row in rows)
     places = {name: s for s, name in enumerate(ids)}
     if len(places) != len(ids):
-        raise _damaged_result("Two strands have the same id")
+        raise damaged_result("Two strands have the same id")
     strands = _strands(rows, lattice)
     normals = part.floats("normals", (lattice.n_nodes, 3))
     # Results that were written before rods had a diameter each have that of all.
@@ -333,7 +355,7 @@ def _take_weave(document: ResultPart, lattice: Lattice) -> Weave:
         bending=_bending(rows),
         diameters=np.array([row.number("diameter", least=_TINY) if "diameter" in row else usual for row in rows]),
         material=_material(part.part("material")),
-        over_under=part.text("over_under"),
+        over_under=part.word("over_under", _STYLE, "stacked, plain or a twill such as 'twill 2/2'"),
         conflicts=_conflicts(part, places, lattice.n_nodes),
         clashes=_clashes(part, places),
     )
@@ -344,7 +366,7 @@ def _strands(rows: list[ResultPart], lattice: Lattice) -> Strands:
     closed = np.array([row.flag("closed") for row in rows], bool)
     for row, path, is_closed in zip(rows, nodes, closed.tolist()):
         if len(path) < (3 if is_closed else 2):
-            raise _damaged_result(f"{row.where}.nodes has {len(path)} nodes, too few for a rod")
+            raise damaged_result(f"{row.where}.nodes has {len(path)} nodes, too few for a rod")
     families = {name: k for k, name in enumerate(FAMILIES)}
     return Strands(
         offsets_of([len(path) for path in nodes]),
@@ -358,17 +380,17 @@ def _joints(document: ResultPart, strands: Strands, places: dict[str, int], n_no
     rows = list(document.parts("joints"))
     node = np.array([row.index("node", n_nodes) for row in rows], np.int64)
     if (np.diff(node) <= 0).any():
-        raise _damaged_result("The nodes of the joints do not rise")
+        raise damaged_result("The nodes of the joints do not rise")
     counts = np.diff(strands.offsets)
     visits: list[Ints] = []
     for row, at in zip(rows, node.tolist()):
         order = np.array([row.name_of(name, "order", places) for name in row.texts("order")], np.int64)
         place = row.indices("places", (len(order),), int(counts.max(initial=0)))
         if len(order) < 2 or (place >= counts[order]).any():
-            raise _damaged_result(f"{row.where} does not have two rods or more with a place on each")
+            raise damaged_result(f"{row.where} does not have two rods or more with a place on each")
         visit = strands.offsets[order] + place
         if (strands.nodes[visit] != at).any() or len(np.unique(visit)) < len(visit):
-            raise _damaged_result(f"{row.where} names rods that do not pass node {at}, or one twice")
+            raise damaged_result(f"{row.where} names rods that do not pass node {at}, or one twice")
         visits.append(visit)
     visit = np.concatenate([*visits, np.zeros(0, np.int64)])
     return Joints(node, offsets_of([len(v) for v in visits]), visit, rows_of(strands.offsets)[visit])
@@ -385,7 +407,7 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
     owner = rows_of(strands.offsets)
     rises = np.diff(stations)[np.diff(owner) == 0] >= 0
     if not rises.all() or (stations < 0).any() or (stations > lengths[owner] * (1 + 1e-9)).any():
-        raise _damaged_result("The stations of a strand do not rise from 0 to its length")
+        raise damaged_result("The stations of a strand do not rise from 0 to its length")
     points = nodes[strands.nodes] + layer_offsets[:, None] * normals[strands.nodes]
     room = _FROM_NODE * float(np.linalg.norm(np.ptp(nodes, axis=0)))
     fitted = fit_splines(points, strands.offsets, strands.closed)
@@ -394,7 +416,7 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
         part = slice(strands.offsets[s], strands.offsets[s + 1])
         spline: Any = BSpline(knots[s], controls[s], DEGREE)
         if not np.abs(spline(parameters[part]) - points[part]).max() <= room:
-            raise _damaged_result(f"{row.where}.axis does not pass through the places of its strand")
+            raise damaged_result(f"{row.where}.axis does not pass through the places of its strand")
     return RodAxes(
         offsets=strands.offsets,
         closed=strands.closed,
@@ -417,7 +439,7 @@ def _overhangs(rows: list[ResultPart], strands: Strands) -> Floats:
     """(S, 2) how far each rod runs on beyond its first and its last visit."""
     overhangs = np.array([row.floats("overhangs", (2,)) for row in rows], np.float64).reshape(-1, 2)
     if (overhangs < 0).any() or overhangs[strands.closed].any():
-        raise _damaged_result("The overhangs of a strand are negative, or it is closed and has overhangs")
+        raise damaged_result("The overhangs of a strand are negative, or it is closed and has overhangs")
     return overhangs
 
 
@@ -431,10 +453,10 @@ def _bsplines(
         axis = row.part("axis")
         spans = n if is_closed else n - 1 + tips
         if axis.number("degree") != DEGREE:
-            raise _damaged_result(f"{axis.where} is not of degree {DEGREE}")
+            raise damaged_result(f"{axis.where} is not of degree {DEGREE}")
         found = axis.floats("knots", (spans + 1 + 2 * DEGREE,))
         if (np.diff(found) < 0).any() or not (np.diff(found[DEGREE:-DEGREE]) > 0).all():
-            raise _damaged_result(f"{axis.where}.knots do not rise")
+            raise damaged_result(f"{axis.where}.knots do not rise")
         knots.append(found)
         controls.append(axis.floats("controls", (spans + DEGREE, 3)))
     return knots, controls
@@ -477,7 +499,7 @@ def _clashes(part: ResultPart, places: dict[str, int]) -> Clashes:
     rows = list(part.parts("clashes"))
     pairs = [[row.name_of(name, "strands", places) for name in row.texts("strands")] for row in rows]
     if any(len(pair) != 2 for pair in pairs):
-        raise _damaged_result("A clash is not of two strands")
+        raise damaged_result("A clash is not of two strands")
     return Clashes(
         np.array(pairs, np.int64).reshape(-1, 2),
         np.array([row.number("distance", least=0.0) for row in rows]),
@@ -490,7 +512,7 @@ def _take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
     rows = list(part.parts("axes"))
     ids = [row.text("id") for row in rows]
     if ids != list(weave.ids):
-        raise _damaged_result("equilibrium.axes does not have one entry for each strand, in their order")
+        raise damaged_result("equilibrium.axes does not have one entry for each strand, in their order")
     points = [row.floats("points", (-1, 3)) for row in rows]
     counts = [len(one) for one in points]
     offsets = offsets_of(counts)
@@ -536,165 +558,3 @@ def _take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
 
 def _joined(arrays: list[Floats]) -> Floats:
     return np.concatenate([*arrays, np.zeros(0)])
-
-
-def _damaged_result(what: str) -> Unreadable:
-    """The error of a result that breaks off or contradicts itself."""
-    return Unreadable(what, remedy=_REMEDY)
-
-
-class ResultPart:
-    """One object of the file and where it is, such as ``lattice`` or ``strands[3]``."""
-
-    def __init__(self, value: Any, where: str = "") -> None:
-        if not isinstance(value, dict):
-            raise _damaged_result(f"{where or 'The file'} is not a JSON object")
-        self._values: dict[str, Any] = value
-        self.where = where
-
-    def __contains__(self, key: str) -> bool:
-        return key in self._values
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def path(self, key: str) -> str:
-        """Where a value is, as a person finds it."""
-        return f"{self.where}.{key}" if self.where else key
-
-    def part(self, key: str) -> ResultPart:
-        """The object under a key."""
-        return ResultPart(self._take(key), self.path(key))
-
-    def parts(self, key: str) -> Iterator[ResultPart]:
-        """The objects in a list."""
-        for k, value in enumerate(self.items(key)):
-            yield ResultPart(value, f"{self.path(key)}[{k}]")
-
-    def items(self, key: str) -> list[Any]:
-        """A list, whatever it holds."""
-        value = self._take(key)
-        if not isinstance(value, list):
-            raise _damaged_result(f"{self.path(key)} is not a list")
-        return value
-
-    def text(self, key: str) -> str:
-        """A text."""
-        value = self._take(key)
-        if not isinstance(value, str):
-            raise _damaged_result(f"{self.path(key)} is not a text")
-        return value
-
-    def texts(self, key: str) -> list[str]:
-        """A list of texts."""
-        values = self.items(key)
-        if not all(isinstance(value, str) for value in values):
-            raise _damaged_result(f"{self.path(key)} holds something that is not a text")
-        return values
-
-    def number(self, key: str, *, least: float = -np.inf) -> float:
-        """A finite number, ``least`` or more."""
-        value = float(self.floats(key, ())[()])
-        if value < least:
-            raise _damaged_result(f"{self.path(key)} is {value:g}, and must not be below {least:g}")
-        return value
-
-    def number_or_none(self, key: str) -> Optional[float]:
-        """A finite number, or nothing where the file has null."""
-        return None if self._take(key) is None else self.number(key)
-
-    def floats(self, key: str, shape: tuple[int, ...]) -> Floats:
-        """An array of finite numbers with the given shape (-1 = any)."""
-        array: Floats = self._array(key, shape, "fiu").astype(np.float64)
-        bad = np.flatnonzero(~(np.abs(array) < _BEYOND))
-        if len(bad):
-            raise NonFinite(
-                f"{self.path(key)} has numbers that are too large or not finite",
-                remedy=_REMEDY,
-                ids=bad.tolist(),
-                kind="entry",
-            )
-        return array
-
-    def indices(self, key: str, shape: tuple[int, ...], count: int, *, least: int = 0) -> Ints:
-        """An array of whole numbers from ``least`` up to ``count - 1``."""
-        array: Ints = self._array(key, shape, "iu").astype(np.int64)
-        bad = np.flatnonzero((array < least) | (array >= count))
-        if len(bad):
-            raise BadIndex(
-                f"{self.path(key)} has indices beyond the {count} entries",
-                remedy=_REMEDY,
-                ids=bad.tolist(),
-                kind="entry",
-            )
-        return array
-
-    def index(self, key: str, count: int) -> int:
-        """One whole number from 0 up to ``count - 1``."""
-        return int(self.indices(key, (), count)[()])
-
-    def offsets(self, key: str, count: int) -> Ints:
-        """Offsets of a ragged array of ``count`` values: they rise from 0 to it."""
-        offsets = self.indices(key, (-1,), count + 1)
-        if not len(offsets) or offsets[0] != 0 or offsets[-1] != count or (np.diff(offsets) < 0).any():
-            raise _damaged_result(f"{self.path(key)} does not rise from 0 to {count}")
-        return offsets
-
-    def rows(self, key: str, count: int) -> tuple[Ints, Ints]:
-        """A list of lists of indices below ``count`` as offsets and values."""
-        lists = self.items(key)
-        if not all(isinstance(row, list) for row in lists):
-            raise _damaged_result(f"{self.path(key)} has an entry that is not a list")
-        flat = ResultPart({key: [value for row in lists for value in row]}, self.where)
-        return offsets_of([len(row) for row in lists]), flat.indices(key, (-1,), count)
-
-    def flag(self, key: str) -> bool:
-        """True or false."""
-        value = self._take(key)
-        if not isinstance(value, bool):
-            raise _damaged_result(f"{self.path(key)} is neither true nor false")
-        return value
-
-    def flag_or_none(self, key: str) -> Optional[bool]:
-        """True or false, or nothing where the file has null."""
-        return None if self._take(key) is None else self.flag(key)
-
-    def flags(self, key: str, count: int) -> Bools:
-        """An array (count,) of true and false."""
-        array: Bools = self._array(key, (count,), "b").astype(np.bool_)
-        return array
-
-    def names(self, key: str, known: Sequence[str]) -> Ints:
-        """Which of the known names each text in a list is."""
-        places = {name: k for k, name in enumerate(known)}
-        return np.array([self.name_of(name, key, places) for name in self.texts(key)], np.int64)
-
-    def name(self, key: str, places: dict[str, int]) -> int:
-        """The number of the name that a text is."""
-        return self.name_of(self.text(key), key, places)
-
-    def name_of(self, name: str, key: str, places: dict[str, int]) -> int:
-        """The number of a name that stands under a key."""
-        if name not in places:
-            raise BadIndex(f"{self.path(key)} refers to {name!r}, which is not in the file", remedy=_REMEDY)
-        return places[name]
-
-    def _take(self, key: str) -> Any:
-        if key not in self._values:
-            raise _damaged_result(f"{self.path(key)} is missing")
-        return self._values[key]
-
-    def _array(self, key: str, shape: tuple[int, ...], kinds: str) -> NDArray[Any]:
-        try:
-            array = np.asarray(self._take(key))
-        except (ValueError, OverflowError):
-            raise _damaged_result(f"{self.path(key)} has rows of different lengths") from None
-        if array.shape == (0,) and 0 in [max(n, 0) for n in shape]:
-            # An empty list says nothing of its shape, nor of what it would hold.
-            array = np.zeros([max(n, 0) for n in shape], "?" if kinds == "b" else "i8")
-        if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape)):
-            wanted = " × ".join("any" if n == -1 else str(n) for n in shape) or "one number"
-            raise _damaged_result(f"{self.path(key)} has the shape {array.shape}, not {wanted}")
-        if array.dtype.kind not in kinds:
-            raise _damaged_result(f"{self.path(key)} has an entry that is not {_WORDS[kinds]}")
-        return array
