@@ -19,6 +19,8 @@ from hypothesis import strategies as st
 
 from fabricated import SHELL, made, make, table
 from weavecore.errors import Unsupported
+from weavecore.fabricating.drawing import Drawing
+from weavecore.fabricating.drawing_files import encode_dxf, encode_pdf, encode_svg
 from weavecore.fabricating.marks import mark_pieces
 from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.splices import cut_rods
@@ -258,3 +260,18 @@ def test_the_bytes_of_the_dxf_do_not_depend_on_the_hash_seed_of_the_process() ->
     classes = [one.dxf.name for one in ezdxf.read(io.StringIO(contents[0].decode())).classes]
     assert len(classes) > 10
     assert classes == sorted(classes)
+
+
+@pytest.mark.parametrize("name", ["A\n0\nLINE", "A\x00", "(A)\\", "<A&B>", "Ångström"])
+def test_no_text_can_break_a_drawing(name: str) -> None:
+    drawing = Drawing({"NAMES": (0, 0, 0)}, 100.0, 100.0)
+    for anchor in ("left", "middle", "right"):
+        drawing.text(10.0, 10.0, name, 2.0, "NAMES", anchor=anchor)
+    document = ezdxf.read(io.StringIO(encode_dxf(drawing, "statement").decode()))
+    shown = [text.dxf.text for text in document.modelspace().query("TEXT")]
+    assert len(document.modelspace()) == 3
+    assert [text.replace(" ", "") for text in shown] == [name.replace("\n", "").replace("\x00", "")] * 3
+    root = ET.fromstring(encode_svg(drawing, "statement"))
+    assert [text.text for text in root.iter(f"{SVG}text")] == shown
+    page = pypdf.PdfReader(io.BytesIO(encode_pdf([drawing], "test", "statement"))).pages[0]
+    assert shown[0].strip() in page.extract_text()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fabricated import SHELL, made, table
+from weavecore.fabricating import splices as splicing
 from weavecore.fabricating.csv_tables import read_table
 from weavecore.fabricating.folder_report import check_files
 from weavecore.fabricating.splices import Candidate, choose_splices
@@ -103,7 +104,7 @@ def place(centre: float, penalty: float) -> Candidate:
 
 
 def test_a_rod_is_rather_cut_once_more_than_spliced_in_a_bend() -> None:
-    bent, good = 1e9, 0.5
+    bent, good = splicing._PENALTY_BENT, 0.5
     row = [place(200.0, good), place(500.0, bent), place(800.0, good)]
     chosen = choose_splices(row, 1000.0, closed=False, longest=700.0)
     assert chosen is not None

@@ -74,9 +74,7 @@ def fabricate(
     ] = ",".join(TEMPLATES),
     paper: Annotated[
         str,
-        typer.Option(
-            metavar="SIZE", callback=_each_of(PAPERS), help="Paper of templates and drawings: A4, A3, A2, A1 or A0."
-        ),
+        typer.Option(metavar="SIZE", callback=_each_of(PAPERS), help="Paper of templates and drawings: A4 to A0."),
     ] = "A3",
     simulation: Annotated[
         Optional[Path],

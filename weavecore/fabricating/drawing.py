@@ -107,5 +107,7 @@ class Drawing:
         is_turned: bool = False,
         bold: bool = False,
     ) -> None:
-        """Add a text."""
+        """Add a text; control characters, which no format can hold, become blanks."""
+        if not text.isprintable():
+            text = "".join(sign if sign.isprintable() else " " for sign in text)
         self.texts.append(DrawnText(x, y, text, height, layer, anchor, is_turned, bold))
