@@ -90,7 +90,7 @@ def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
 
 def _stages(geometry: Any) -> list[_Stage]:
     """The groups from left to right; the controls of each are placed when they are laid out."""
-    return [*_surface_to_link(geometry), *_strands_to_measure()]
+    return [*_surface_to_link(geometry), *_strands_to_measure(), _choose()]
 
 
 def _surface_to_link(geometry: Any) -> list[_Stage]:
@@ -156,6 +156,20 @@ def _strands_to_measure() -> list[_Stage]:
             "under",
         ),
     ]
+
+
+def _choose() -> _Stage:
+    return _Stage(
+        "8 Choose",
+        "Weave_Choose",
+        "blue",
+        {"table": _of("table")},
+        [
+            canvas.panel("table", _AT, (170.0, 30.0), text="explored"),
+            canvas.panel("reason", _AT, (330.0, 60.0), source=_out("Weave_Choose", "reason")),
+        ],
+        "row",
+    )
 
 
 def _laid_out(stage: _Stage, one: Component, corner: tuple[float, float]) -> tuple[list[Chunk], float, float]:
