@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -366,7 +367,7 @@ def test_a_row_of_a_table_comes_in_the_unit_of_the_document(
     canvas: Canvas, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = table_of(tmp_path / "explored")
-    monkeypatch.setattr("weavecore.canvas.solve.document_unit", lambda: DocumentUnit("Meters", 0.001))
+    monkeypatch.setattr(import_module("weavecore.canvas.solve"), "document_unit", lambda: DocumentUnit("Meters", 0.001))
     ran = run_component("Weave_Choose", table=f'"{folder}"', row=2)
     assert ran.messages == []
     assert (ran["distance"], ran["diameter"]) == pytest.approx((0.04, 0.004))
