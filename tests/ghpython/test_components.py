@@ -396,7 +396,7 @@ def test_a_row_with_an_error_is_warned_about_and_one_that_is_not_there_refused(c
         ("Warning", "SPACING_TOO_LARGE: It is too large.")
     ]
     ((level, text),) = run_component("Weave_Choose", table=folder, row=4).messages
-    assert (level, text) == ("Error", "BAD_INDEX: There is no row 4. Take one from 1 to 3.")
+    assert (level, text) == ("Error", "BAD_INDEX: Row 4 does not exist. Take one from 1 to 3.")
     assert run_component("Weave_Choose", table=folder, row=1)["diameter"] is None
 
 

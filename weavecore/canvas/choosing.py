@@ -60,7 +60,7 @@ def choose_row(run: Run, table: str, number: Optional[int], spacing: Optional[fl
         row = rows[number - 1]
         reason = row.error or describe_row(row)
     else:
-        raise BadIndex(f"There is no row {number}", remedy=f"Take one from 1 to {len(rows)}.")
+        raise BadIndex(f"Row {number} does not exist", remedy=f"Take one from 1 to {len(rows)}.")
     if row.error:
         run.warn(row.error)
     folder, scale, inputs = path if path.is_dir() else path.parent, _scale(run, row), row.inputs
