@@ -70,12 +70,11 @@ def main() -> None:
         print("| | |\n|---|---|")
         for label, text in rows.items():
             print(f"| {label} | {text} |")
-        hours = MILLION * processor / CORES / 3600
-        print(f"\n{MILLION:,} variants on {CORES:,} cores: {hours:.1f} h of weaving; ", end="")
-        print(
-            f"{MILLION * writing[0] / 3600:.1f} h of writing by one process, {MILLION * writing[1] / 3600:.1f} h without"
-        )
-        print(f"pages; {MILLION * writing[2] / 60:.0f} min to go on; {MILLION * bytes_in(folder) / n / 1e12:.1f} TB.")
+        with_page, without, again = (MILLION * one / 3600 for one in writing)
+        print(f"\n{MILLION:,} variants on {CORES:,} cores: {MILLION * processor / CORES / 3600:.1f} h of weaving;")
+        print(f"{with_page:.1f} h of writing by one process, {without:.1f} h without pages;")
+        print(f"{60 * again:.0f} min to go on;")
+        print(f"{MILLION * bytes_in(folder) / n / 1e12:.2f} TB.")
         print(f"\nNumPy {np.__version__}, Python {sys.version.split()[0]}.")
         if options.picture:
             draw_page(folder / "index.html", options.picture)

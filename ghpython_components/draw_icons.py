@@ -164,6 +164,13 @@ def measure(icon: Icon) -> None:
     icon.line(upright, RED, width=STROKE - EDGE, edge=False)
 
 
+def choose(icon: Icon) -> None:
+    """Rows of a table, one of them ticked."""
+    for y, colour in ((4.5, BLUE), (12.0, TEAL), (19.5, BLUE)):
+        icon.line([(2.4, y), (13.0, y)], colour)
+    icon.line([(14.5, 11.5), (17.5, 15.5), (22.0, 6.5)], RED, width=2.8)
+
+
 def _arc(x: float, y: float, top: float) -> list[tuple[float, float]]:
     """An arc from (x, y) over the middle at ``top`` to the other side."""
     return [(x + (SIDE - 2 * x) * i / 48, y + (top - y) * math.sin(math.pi * i / 48)) for i in range(49)]
@@ -177,6 +184,7 @@ DRAWINGS: dict[str, Callable[[Icon], None]] = {
     "Weave_Simulate": simulate,
     "Weave_Export": export,
     "Weave_Measure": measure,
+    "Weave_Choose": choose,
 }
 
 

@@ -29,7 +29,7 @@ _KINDS = {
 
 def tables() -> str:
     """What each parameter of each component is, in Markdown."""
-    order = ("Surface", "Offset", "Link", "Strands", "Simulate", "Export", "Measure")
+    order = ("Surface", "Offset", "Link", "Strands", "Simulate", "Export", "Measure", "Choose")
     components = {one.folder: one for one in read_components(build.HERE)}
     return "\n".join(_table(components[f"Weave_{name}"]) for name in order)
 

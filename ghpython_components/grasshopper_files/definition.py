@@ -92,7 +92,7 @@ def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
 
 def _stages(geometry: Any) -> list[_Stage]:
     """The groups from left to right; the controls of each are placed when they are laid out."""
-    return [*_surface_to_link(geometry), *_strands_to_measure(), _simulate()]
+    return [*_surface_to_link(geometry), *_strands_to_measure(), _simulate(), _choose()]
 
 
 def _surface_to_link(geometry: Any) -> list[_Stage]:
@@ -170,6 +170,20 @@ def _simulate() -> _Stage:
             canvas.value_list("supports", ("borders", "none"), _AT),
             canvas.panel("departures", _AT, (160.0, 90.0), source=_out("Weave_Simulate", "departure")),
             canvas.panel("stable", _AT, (160.0, 30.0), source=_out("Weave_Simulate", "stable")),
+        ],
+        "row",
+    )
+
+
+def _choose() -> _Stage:
+    return _Stage(
+        "8 Choose",
+        "Weave_Choose",
+        "blue",
+        {"table": _of("table")},
+        [
+            canvas.panel("table", _AT, (170.0, 30.0), text="explored"),
+            canvas.panel("reason", _AT, (330.0, 60.0), source=_out("Weave_Choose", "reason")),
         ],
         "row",
     )

@@ -16,6 +16,12 @@ import pytest
 from explored_tube import contents, explore_tube
 from weavecore.errors import Unsupported
 
+# Dask warns about itself, and connections that end with a killed worker are reported where they are collected.
+pytestmark = [
+    pytest.mark.filterwarnings(f"ignore::{kind}")
+    for kind in ("ResourceWarning", "DeprecationWarning", "FutureWarning", "pytest.PytestUnraisableExceptionWarning")
+]
+
 _START_SECONDS = 60.0
 _ROOT = Path(__file__).resolve().parents[2]
 
@@ -68,9 +74,6 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     cluster.stop()
 
 
-# Connections that end with a killed worker are reported where they are collected.
-@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::FutureWarning")
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_cluster_that_loses_a_worker_gives_the_same_bytes_as_one_process(cluster: Cluster, tmp_path: Path) -> None:
     from distributed import Client
 

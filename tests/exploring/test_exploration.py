@@ -167,6 +167,14 @@ def test_options_that_cannot_be_woven_are_refused_at_once(tmp_path: Path, option
         explore_tube(tmp_path / "tube", **options)
 
 
+def test_no_process_is_started_from_a_program_that_is_not_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.executable", "/Applications/Rhino 8.app/Rhino")
+    with pytest.raises(Unsupported, match="Use 1 worker"):
+        explore_tube(tmp_path / "tube", workers=2)
+
+
 def test_ranges_include_their_end_and_no_rounding() -> None:
     assert steps_between(0.1, 0.3, 0.1) == [0.1, 0.2, 0.3]
     assert steps_between(20, 34, 5) == [20, 25, 30]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,11 @@ from ghpython.stubs import (
 )
 from grasshopper_files.components import ACCESS, HINTS
 from weavecore import pipeline
+from weavecore.exploring import Row
+from weavecore.exploring.evaluate import BEND, DIAMETER, ENDS, RODS
+from weavecore.exploring.table import INPUTS, encode_table
 from weavecore.model import Latitudes, Lattice, SurfaceMesh, Weave
+from weavecore.rhino_geometry import DocumentUnit
 from woven_tube import tube_surface
 
 DOME = str(COMPONENTS.parent / "sample_files" / "hemisphere.3dm")
@@ -44,6 +49,7 @@ NEEDS = {
     "Weave_Simulate": "weave",
     "Weave_Export": "value",
     "Weave_Measure": "value",
+    "Weave_Choose": "table",
 }
 
 
@@ -335,6 +341,7 @@ def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], c
         "Weave_Strands": {"lattice": stages["link"]["lattice"], "diameter": 3.0},
         "Weave_Simulate": {"weave": stages["strands"]["weave"], "gravity": False},
         "Weave_Measure": {"value": stages["offset"]["latitudes"]},
+        "Weave_Choose": {"table": str(table_of(tmp_path / "explored"))},
         "Weave_Export": {"value": stages["link"]["lattice"], "path": str(tmp_path / "woven.obj"), "write": True},
     }[name]
     canvas.is_escape_down = True
@@ -346,6 +353,57 @@ def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], c
     canvas.is_escape_down = False
     again = run_component(name, **inputs)
     assert not again.is_empty, again.messages
+
+
+def table_of(folder: Path) -> Path:
+    """A table of three variants, in millimetres, of which the second is the best and the third has an error."""
+    texts = (("all", "30", "plain", "stock"), ("0+2", "40", "kagome", "4"), ("all", "50", "plain", "stock"))
+    rows = []
+    for number, (borders, spacing, pattern, rod) in enumerate(texts, start=1):
+        inputs = dict(zip(INPUTS, ("dome", borders, spacing, pattern, rod, "gfrp")))
+        figures = {BEND: 100.0, ENDS: 9 - number, RODS: 40, DIAMETER: 4.0} if number < 3 else {}
+        error = "" if number < 3 else "SPACING_TOO_LARGE: It is too large."
+        rows.append(Row(number, inputs, figures, error, f"k{number}", "pictures/k.png", "", "Millimeters"))
+    folder.mkdir()
+    (folder / "data.csv").write_bytes(encode_table(rows, (BEND, ENDS, RODS, DIAMETER)))
+    return folder
+
+
+def test_a_row_of_a_table_comes_in_the_unit_of_the_document(
+    canvas: Canvas, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = table_of(tmp_path / "explored")
+    monkeypatch.setattr(import_module("weavecore.canvas.solve"), "document_unit", lambda: DocumentUnit("Meters", 0.001))
+    ran = run_component("Weave_Choose", table=f'"{folder}"', row=2)
+    assert ran.messages == []
+    assert (ran["distance"], ran["diameter"]) == pytest.approx((0.04, 0.004))
+    assert (ran["pattern"], ran["material"], ran["borders"]) == ("kagome", "gfrp", [0, 2])
+    assert ran["picture"] == str(folder / "pictures/k.png")
+    assert "ends inside: 7" in ran["figures"]
+
+
+def test_without_a_number_the_best_row_is_taken_and_why_is_shown(canvas: Canvas, tmp_path: Path) -> None:
+    ran = run_component("Weave_Choose", table=str(table_of(tmp_path / "explored") / "data.csv"))
+    assert ran.caption == "row 2"
+    assert "fewest ends" in ran["reason"]
+
+
+def test_a_table_that_is_not_there_yet_is_a_remark(canvas: Canvas, tmp_path: Path) -> None:
+    ran = run_component("Weave_Choose", table=str(tmp_path / "explored"))
+    assert ran.is_empty
+    ((level, text),) = ran.messages
+    assert (level, ran.caption) == ("Remark", "no table")
+    assert "weavecore explore writes one" in text
+
+
+def test_a_row_with_an_error_is_warned_about_and_one_that_is_not_there_refused(canvas: Canvas, tmp_path: Path) -> None:
+    folder = str(table_of(tmp_path / "explored"))
+    assert run_component("Weave_Choose", table=folder, row=3).messages == [
+        ("Warning", "SPACING_TOO_LARGE: It is too large.")
+    ]
+    ((level, text),) = run_component("Weave_Choose", table=folder, row=4).messages
+    assert (level, text) == ("Error", "BAD_INDEX: Row 4 does not exist. Take one from 1 to 3.")
+    assert run_component("Weave_Choose", table=folder, row=1)["diameter"] is None
 
 
 def plane_file(folder: Path) -> str:

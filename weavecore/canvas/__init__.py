@@ -5,6 +5,7 @@ are needed are there, keeps results of the same inputs, and turns every error in
 Nothing here imports Grasshopper before it is needed, so that it can be tested without.
 """
 
+from weavecore.canvas.choosing import ChosenRow, choose_row
 from weavecore.canvas.inputs import chosen, numbers, read_curves, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
 from weavecore.canvas.results import (
@@ -30,6 +31,7 @@ from weavecore.canvas.writing import check, concerns, counts, report_lines, writ
 
 __all__ = [
     "Cancelled",
+    "ChosenRow",
     "EquilibriumResults",
     "LatitudeResults",
     "LatticeResults",
@@ -37,6 +39,7 @@ __all__ = [
     "RodResults",
     "Run",
     "check",
+    "choose_row",
     "chosen",
     "concerns",
     "counts",

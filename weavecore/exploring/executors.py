@@ -14,8 +14,10 @@ import asyncio
 import contextlib
 import multiprocessing
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from pathlib import Path
 from typing import Any, Optional
 
 from weavecore.errors import Unsupported
@@ -174,6 +176,7 @@ def open_crew(
     elif executor is not None:
         crew = _GivenExecutor(surfaces, with_pages=with_pages, executor=executor, n_workers=workers)
     elif workers > 1:
+        _check_executable()
         crew = _OwnProcesses(surfaces, with_pages=with_pages, n_workers=workers)
     else:
         crew = Crew(surfaces, with_pages=with_pages)
@@ -187,6 +190,13 @@ def count_processors() -> int:
     """Processors that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)  # Linux: also within a container.
     return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
+
+
+def _check_executable() -> None:
+    """Refuse to start another Rhino, or whatever program Python runs in, instead of a worker."""
+    program = Path(sys.executable or "").name
+    if not program.lower().startswith("python"):
+        raise Unsupported(f"No processes can be started from {program or 'here'}", remedy="Use 1 worker.")
 
 
 def _connect(address: str) -> Any:
