@@ -717,7 +717,7 @@ def fabricate(
     )
     tell(0.8, f"writing {WOVEN}")
     stated = {"weavecore": source.version, "input_sha256": source.sha256}
-    files = {**made.files, WOVEN: encode(weave, WOVEN, parameters=stated)}
+    files = {**made.files, WOVEN: encode(at_rest or weave, WOVEN, parameters=stated)}
     write_folder(folder, files, names=names, overwrite=overwrite)
     return Fabrication(files, made.checks)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rhino3dm
 
 from fabricated import TABLES_ONLY
 from weavecore import pipeline
@@ -102,6 +103,8 @@ def test_the_workshop_folder_has_the_same_tables_and_reports_on_them(folder: Pat
     for name in EQUILIBRIUM_FILES:
         # The first line has the hash of the same JSON result.
         assert made.files[name] == (folder / name).read_bytes()
+    layers = {layer.FullPath for layer in rhino3dm.File3dm.FromByteArray(made.files["woven.3dm"]).Layers}
+    assert {"weave::rods::latitudes", "equilibrium::reactions"} <= layers
     report = made.files["report.txt"].decode()
     value = re.search(r"ok +equilibrium_departure_mm +(\S+) +limit none", report)
     assert value

@@ -18,6 +18,9 @@ from weavecore.model import Equilibrium, Weave
 from weavecore.model.springs import springs_of
 from weavecore.units import METRES, NO_UNIT, millimetres_in, with_unit
 
+_RODS_A_POLL = 32
+"""Rods that are drawn before Escape is polled again: a few milliseconds each."""
+
 
 class EquilibriumResults(NamedTuple):
     """Rods at rest, departures, utilisations, supports and reactions, and the weave as springs."""
@@ -124,9 +127,11 @@ def draw_equilibrium(run: Run, equilibrium: Equilibrium) -> EquilibriumResults:
     EquilibriumResults
     """
     weave, drawing = equilibrium.weave, run.drawing
-    run.progress(1.0, "drawing")
-    branch = family_branches(weave)
-    curves = [drawing.spline(*_curve_at_rest(equilibrium, s)) for s in range(len(weave))]
+    branch, curves = family_branches(weave), []
+    for s in range(len(weave)):
+        if s % _RODS_A_POLL == 0:
+            run.progress(s / len(weave), "drawing")
+        curves.append(drawing.spline(*_curve_at_rest(equilibrium, s)))
     used = equilibrium.greatest_of_rods(equilibrium.utilisation).tolist()
     held = equilibrium.is_supported
     metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit_of(run, weave)) / 1000.0

@@ -256,6 +256,17 @@ def all_components_run_on_dotnet_geometry() -> None:
         trees = parents, names, utilisation, layers
         kinds = [tree.TypeNameOf(1, 0) for tree in trees]
         assert kinds == ["System.Int32", "System.String", "System.Double", "System.Int32"]
+        rg = geometry()
+        corners = [rg.Point3d(*row) for row in lattice.nodes[:3].tolist()]
+        at_rest, drawn, *_, held, reactions, stable, springs, lengths, _, ties = run(
+            "Weave_Simulate", weave=weave, places=corners, gravity=False
+        )
+        assert stable is True
+        assert sum(drawn.Branch(i).Count for i in range(drawn.BranchCount)) == len(weave)
+        assert len(held) == len(reactions) == int(at_rest.is_supported.sum()) == 3
+        assert [type(one[0]).__name__ for one in (held, reactions, ties)] == ["Point3d", "Vector3d", "Line"]
+        assert springs.BranchCount == lengths.BranchCount == len(weave)
+        assert lengths.TypeNameOf(1, 0) == "System.Double"
         assert run("Weave_Measure", value=weave)[2] > 0.5
         assert run("Weave_Export", value=weave)[0] is None
     plain = pipeline.link(pipeline.offset(pipeline.surface_from((points, quads)), spacing=12.0))
