@@ -51,6 +51,10 @@ def simulate(
     ] = None,
     pressure: Annotated[float, typer.Option(metavar="PA", help="Pressure on the surface from outside, in Pa.")] = 0.0,
     segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
+    tie_stiffness: Annotated[
+        float,
+        typer.Option(metavar="NM", help="Stiffness of ties against the turn of rods about them, in N·m/rad."),
+    ] = 0.0,
     buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
     sequence: Annotated[
         Optional[Path],
@@ -94,6 +98,7 @@ def simulate(
                 gravity=gravity,
                 pressure=pressure,
                 segments=segments,
+                tie_stiffness=tie_stiffness,
                 within=within,
                 unit=unit,
                 buckling=buckling,
