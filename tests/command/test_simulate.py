@@ -8,6 +8,8 @@ from typing import Any, Callable
 
 import pytest
 
+from weavecore.simulating import compensate
+
 Run = Callable[..., Any]
 
 
@@ -78,7 +80,10 @@ def test_supports_are_read_from_a_file_of_points(run: Run, woven: Path) -> None:
     assert len(held) < len(points)
 
 
-def test_simulate_compensates_marks_and_replays_the_sequence(run: Run, woven: Path) -> None:
+def test_simulate_compensates_marks_and_replays_the_sequence(
+    run: Run, woven: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compensate, "_SPRINGS", (1e-2, 1e-7))
     assert run("simulate", "woven.json", "-o", "drawn.json", "--no-gravity", "-q").status == 0
     departure = json.loads(Path("drawn.json").read_text("utf-8"))["equilibrium"]["departure"]["max"]
     options = ("--compensate", "--within", str(0.9 * departure), "--no-gravity", "--sequence", "steps.json")
