@@ -6,7 +6,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.simulating.elements import Bends, Stretches, TieElements
+from weavecore.simulating.elements import Bends, Scissors, Stretches, TieElements
 from weavecore.simulating.structure import Structure
 
 NO_TIES = TieElements(np.zeros((0, 6), np.int64), np.zeros((0, 3)), np.zeros((0, 3)))
@@ -58,6 +58,7 @@ def crossing_rods(seed: int = 0) -> tuple[Structure, np.ndarray]:
             TieElements(ties, draw.normal(size=(2, 3)), draw.uniform(5.0, 50.0, (2, 3))),
             draw.normal(size=(16, 3)),
             fixed,
+            Scissors(ties[:, 2:], np.array([0.3, -0.2]), draw.uniform(1.0, 5.0, 2)),
         ),
         x,
     )

@@ -309,6 +309,7 @@ def simulate(
     forces: Sequence[tuple[Any, Any]] = (),
     segments: int = SEGMENTS,
     stations: Any = None,
+    tie_stiffness: float = 0.0,
     within: Optional[float] = None,
     unit: Optional[str] = None,
     buckling: bool = False,
@@ -332,6 +333,8 @@ def simulate(
         Straight segments between two joints, 2 at least.
     stations : (M,) array_like, optional
         Distance of each joint from the start of its rod where the marks differ from the drawn ones.
+    tie_stiffness : float
+        Of each tie against the turn of its rods about it, in N·m/rad; without it they turn freely.
     within : float, optional
         Choose the supports: few nodes that are held so that none departs by more than this length, in the model's unit.
     unit : str, optional
@@ -362,6 +365,7 @@ def simulate(
             loads=carried,
             segments=segments,
             stations=stations,
+            tie_stiffness=tie_stiffness,
             unit=unit,
             buckling=buckling,
             progress=progress,

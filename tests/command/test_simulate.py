@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import rhino3dm
 
+from weavecore.simulating import compensate
+
 Run = Callable[..., Any]
 
 
@@ -184,8 +186,13 @@ def test_the_workshop_folder_takes_a_simulated_result(run: Run, woven: Path) -> 
     assert "equilibrium_departure_mm" in Path("one/report.txt").read_text()
 
 
-def test_simulate_compensates_marks_and_replays_the_sequence(run: Run, woven: Path) -> None:
-    options = ("--compensate", "--within", "0.1", "--no-gravity", "--sequence", "steps.json")
+def test_simulate_compensates_marks_and_replays_the_sequence(
+    run: Run, woven: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compensate, "_SPRINGS", (1e-2, 1e-7))
+    assert run("simulate", "woven.json", "-o", "drawn.json", "--no-gravity", "-q").status == 0
+    departure = json.loads(Path("drawn.json").read_text("utf-8"))["equilibrium"]["departure"]["max"]
+    options = ("--compensate", "--within", str(0.9 * departure), "--no-gravity", "--sequence", "steps.json")
     ended = run("simulate", "woven.json", "-o", "cut.json", *options)
     assert (ended.status, ended.err) == (0, "")
     before = json.loads(woven.read_text("utf-8"))

@@ -67,6 +67,7 @@ def test_compensated_results_are_read_back_and_fabricated_with_their_marks(tmp_p
     assert isinstance(back, Equilibrium)
     assert back.departure_max == pytest.approx(found.after.departure_max)
     pipeline.fabricate(tmp_path / "cut.json", tmp_path / "bench")
+    assert "COMPENSATED: Marks move" in (tmp_path / "bench" / "report.txt").read_text("utf-8")
     rows = (tmp_path / "bench" / "rods.csv").read_text("utf-8").splitlines()
     at = [line for line in rows if not line.startswith("#")]
     length = at[0].split(",").index("length")

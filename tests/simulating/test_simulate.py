@@ -10,7 +10,7 @@ from weavecore import pipeline
 from weavecore.errors import NotConverged, Unsupported
 from weavecore.model import Equilibrium, Weave
 from weavecore.simulating import newton
-from woven_rods import woven_tube
+from woven_rods import tube_latitudes, woven_tube
 
 GRAVITY = 9.80665
 
@@ -202,3 +202,20 @@ def test_limits_of_departure_that_are_not_positive_are_refused(limit: float) -> 
 
 def test_a_weave_that_keeps_its_shape_within_the_limit_is_not_held() -> None:
     assert not at_rest(within=1000.0, gravity=False).is_supported.any()
+
+
+def test_a_released_tube_that_shears_says_so_and_stands_with_stiff_ties() -> None:
+    lattice = pipeline.link(tube_latitudes(300.0, 540.0, 108.0), pattern="plain")
+    weave = pipeline.weave(lattice, rod_diameter=5.0)
+    with pytest.raises(NotConverged, match="shears"):
+        pipeline.simulate(weave, supports="none")
+    stiff = pipeline.simulate(weave, supports="none", tie_stiffness=0.1)
+    assert stiff.is_stable
+    assert stiff.n_steps < 30
+    assert stiff.departure_max < 5.0
+
+
+@pytest.mark.parametrize("stiffness", [-1.0, np.nan, np.inf])
+def test_stiffnesses_of_ties_that_are_not_numbers_from_0_up_are_refused(stiffness: float) -> None:
+    with pytest.raises(Unsupported, match="stiffness"):
+        pipeline.simulate(tube(), tie_stiffness=stiffness)

@@ -71,6 +71,10 @@ def simulate(
         typer.Option(metavar="X,Y,Z", help="Force in N on each point of --loads that states none.", parser=force_of),
     ] = None,
     segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
+    tie_stiffness: Annotated[
+        float,
+        typer.Option(metavar="NM", help="Stiffness of ties against the turn of rods about them, in N·m/rad."),
+    ] = 0.0,
     buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
     sequence: Annotated[
         Optional[Path],
@@ -135,6 +139,7 @@ def simulate(
                 pressure=pressure,
                 forces=forces,
                 segments=segments,
+                tie_stiffness=tie_stiffness,
                 within=within,
                 unit=unit,
                 buckling=buckling,

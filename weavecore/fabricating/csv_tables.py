@@ -37,6 +37,10 @@ _SUSPECT = frozenset("=+-@\t\n'")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
 
 
+_COMPENSATION = ("COMPENSATED", "SPRINGS_BACK")
+"""Codes of the notes that say whether marks allow for spring-back."""
+
+
 @dataclass(frozen=True)
 class Source:
     """What every file of the folder states about its origin.
@@ -50,17 +54,23 @@ class Source:
     weave : str
         How rods go over and under: ``"stacked"``, ``"plain"``, ``"twill 2/2"``…
     pattern : str
+    compensation : str
+        What the compensation of the marks reached; empty where they are those of the drawing.
     """
 
     version: str
     sha256: str
     weave: str
     pattern: str
+    compensation: str = ""
 
     @classmethod
     def of(cls, weave: Weave, content: bytes) -> Source:
         """The statement on a weave whose JSON result has this content."""
-        return cls(installed_version(), sha256(content).hexdigest(), weave.over_under, weave.lattice.pattern)
+        notes = weave.lattice.latitudes.surface.notes
+        compensation = [f"{note.code}: {note.text}" for note in notes if note.code in _COMPENSATION]
+        digest = sha256(content).hexdigest()
+        return cls(installed_version(), digest, weave.over_under, weave.lattice.pattern, " ".join(compensation))
 
     def line(self, name: str) -> str:
         """The statement of the file of one table."""

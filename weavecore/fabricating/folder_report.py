@@ -78,7 +78,8 @@ def summarize_checks(checks: Sequence[CheckResult]) -> str:
 
 def _text(checks: Sequence[CheckResult], source: Source) -> str:
     width = max(len(one.invariant) for one in checks)
-    lines = [source.line("report"), "", f"Measured on the files of this folder: {summarize_checks(checks)}.", ""]
+    lines = [source.line("report"), *([source.compensation] if source.compensation else []), ""]
+    lines += [f"Measured on the files of this folder: {summarize_checks(checks)}.", ""]
     for one in checks:
         verdict = "note" if one.is_note else "ok" if one.passes else "FAIL"
         lines.append(f"{verdict:6}{one.invariant:{width}}  {_figure(one.value):>10}  limit {_figure(one.limit)}")

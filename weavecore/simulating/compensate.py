@@ -19,7 +19,7 @@ were drawn, first those that depart most, and the marks are fitted again.  Each 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Callable, Optional
 
@@ -81,8 +81,8 @@ LIMIT = 2.0
 class _Anchored(Structure):
     """A structure with springs of a stiffness (n,) in N/m from its points to anchors (n, 3)."""
 
-    springs: Floats
-    anchors: Floats
+    springs: Floats = field(default_factory=lambda: np.zeros(0))
+    anchors: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     def energy(self, x: Floats) -> float:
         return super().energy(x) + float((self.springs[:, None] * (x - self.anchors) ** 2).sum()) / 2
@@ -245,7 +245,7 @@ class _Fit:
         fixed[self.rods.of_visit[is_held[weave.strands.nodes]]] = True
         springs = np.zeros(len(self.rods.points))
         elements = (free.n_points, free.bends, free.stretches, free.ties)
-        return _Anchored(*elements, forces, fixed, springs, self.anchors)
+        return _Anchored(*elements, forces, fixed, springs=springs, anchors=self.anchors)
 
     def fade(self, structure: _Anchored) -> _State:
         """Fit the marks while springs to the drawn places are made weaker, until the weave leaves them."""

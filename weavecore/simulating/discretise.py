@@ -17,10 +17,14 @@ from scipy.interpolate import BSpline
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.model import RodAxes, Weave
-from weavecore.simulating.elements import Bends, Stretches, TieElements, tie_values
+from weavecore.simulating.elements import Bends, Scissors, Stretches, TieElements, scissor_cosines, tie_values
 
 _TIE_STIFFNESS = 1.0
 """Of a tie against that of the median segment: so a tie gives way by microns, and the Hessian is no worse for it."""
+
+
+_LEAST_SINE = 0.05
+"""Squared sine of the angle of nearly parallel rods, whose spring would be infinitely stiff."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,3 +155,10 @@ def elements_of(weave: Weave, rods: RodPoints, *, diameter: Floats) -> tuple[Ben
     rest, _ = tie_values(rods.points, points)
     stiff = _TIE_STIFFNESS * modulus * float(np.median(area)) / float(np.median(rods.rest_lengths))
     return bends, stretches, TieElements(points, rest, np.full(rest.shape, stiff))
+
+
+def scissors_of(points: Floats, ties: TieElements, stiffness: float) -> Scissors:
+    """Springs of a torsional stiffness in N·m/rad at all ties, without moment as drawn (n, 3); none where it is 0."""
+    beside = ties.points[:, 2:] if stiffness else np.zeros((0, 4), np.int64)
+    cosine = scissor_cosines(points, beside)
+    return Scissors(beside, cosine, stiffness / np.maximum(1.0 - cosine**2, _LEAST_SINE))

@@ -9,9 +9,11 @@ Discrete elastic rods without twist (Bergou, Wardetzky, Robinson, Audoly and Gri
           | g               c = (|g|, g.ta, g.tb)  g: gap from rod a to rod b, ta and tb: unit tangents there
       ----o----  rod a
 
+          | phi       scissors               E = s (cos phi - cos phi0)^2 / 2,   cos phi = ta.tb
+
 A tie holds two rods one above the other: their distance, and the gap perpendicular to both.  The tangents come from the
 points beside the tied ones, so the couple of a force across the gap reaches the rods, and rigid motion
-changes no energy.  Rods may turn about the gap as scissors do.
+changes no energy.  Rods may turn about the gap as scissors do; where ties resist it, a spring acts on the angle.
 
 Stretch and ties are stiff *constraints* ``c`` with a force ``m = s (c - r)``.  Their Hessian is
 ``s dc dc^T + m ddc``; `weavecore.simulating.newton` passes forces of its own for ``m``.  Units are SI.  All is
@@ -82,6 +84,28 @@ class TieElements:
     rest: Floats
     stiffness: Floats
 
+
+@dataclass(frozen=True, eq=False)
+class Scissors:
+    """Springs against the turn of tied rods about their tie.
+
+    Parameters
+    ----------
+    points : (T, 4) int64
+        Those before and after the tied point on either rod: a-, a+, b-, b+.
+    rest : (T,) float64
+        Cosine of the angle between the rods without moment.
+    stiffness : (T,) float64
+        In J: the torsional stiffness in N·m/rad over the squared sine of the angle at rest.
+    """
+
+    points: Ints
+    rest: Floats
+    stiffness: Floats
+
+
+SCISSOR_SIGNS = np.array([[-1.0, 1.0, 0, 0], [0, 0, -1.0, 1.0]])
+"""The two chords from the four points of a pair of scissors."""
 
 TIE_SIGNS = np.array([[-1.0, 1.0, 0, 0, 0, 0], [0, 0, -1.0, 1.0, 0, 0], [0, 0, 0, 0, -1.0, 1.0]])
 """Gap and the two chords of a tie from its six points."""
@@ -200,6 +224,46 @@ def tie_hessian(x: Floats, ties: TieElements, force: Optional[Floats] = None) ->
         second = outer(p, tangent) + outer(tangent, p) + values[:, k, None, None] * across
         blocks[:, k, k] -= (force[:, k] / length**2)[:, None, None] * second
     return blocks
+
+
+def scissor_cosines(x: Floats, points: Ints) -> Floats:
+    """(T,) cosine of the angle between the chords of both rods."""
+    _, (_, ta), (_, tb) = _chords(x, points)
+    cosines: Floats = np.einsum("nd,nd->n", ta, tb)
+    return cosines
+
+
+def scissor_gradient(x: Floats, scissors: Scissors) -> tuple[Floats, Floats]:
+    """Energies (T,) and their derivatives (T, 2, 3) by both chords."""
+    cosine, (la, ta), (lb, tb) = _chords(x, scissors.points)
+    turned = cosine - scissors.rest
+    force = scissors.stiffness * turned
+    by_a = (force / la)[:, None] * (tb - cosine[:, None] * ta)
+    by_b = (force / lb)[:, None] * (ta - cosine[:, None] * tb)
+    return force * turned / 2, np.stack([by_a, by_b], axis=1)
+
+
+def scissor_hessian(x: Floats, scissors: Scissors) -> Floats:
+    """(T, 2, 2, 3, 3) second derivatives by both chords."""
+    cosine, (la, ta), (lb, tb) = _chords(x, scissors.points)
+    force, c = (scissors.stiffness * (cosine - scissors.rest))[:, None, None], cosine[:, None, None]
+    p, q = tb - cosine[:, None] * ta, ta - cosine[:, None] * tb
+    stiff = scissors.stiffness[:, None, None]
+    la2, lb2, lab = ((a * b)[:, None, None] for a, b in ((la, la), (lb, lb), (la, lb)))
+    across_a, across_b = projectors(ta), projectors(tb)
+    blocks = np.empty((len(cosine), 2, 2, 3, 3))
+    blocks[:, 0, 0] = (stiff * outer(p, p) - force * (outer(p, ta) + outer(ta, p) + c * across_a)) / la2
+    blocks[:, 1, 1] = (stiff * outer(q, q) - force * (outer(q, tb) + outer(tb, q) + c * across_b)) / lb2
+    blocks[:, 0, 1] = (stiff * outer(p, q) + force * (across_a @ across_b)) / lab
+    blocks[:, 1, 0] = blocks[:, 0, 1].transpose(0, 2, 1)
+    return blocks
+
+
+def _chords(x: Floats, points: Ints) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Cosine (T,) between both chords, and length and unit vector of each."""
+    before_a, after_a, before_b, after_b = points.T
+    a, b = normalised(x[after_a] - x[before_a]), normalised(x[after_b] - x[before_b])
+    return np.einsum("nd,nd->n", a[1], b[1]), a, b
 
 
 def _tie_vectors(x: Floats, points: Ints) -> tuple[Floats, tuple[Floats, Floats], tuple[Floats, Floats]]:

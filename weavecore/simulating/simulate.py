@@ -25,8 +25,8 @@ from weavecore.simulating.boundary import (
     three_point_gauge,
 )
 from weavecore.simulating.buckling import first_buckling_factor
-from weavecore.simulating.discretise import RodPoints, elements_of, place_points
-from weavecore.simulating.elements import half_angle_tangents
+from weavecore.simulating.discretise import RodPoints, elements_of, place_points, scissors_of
+from weavecore.simulating.elements import half_angle_tangents, scissor_cosines
 from weavecore.simulating.newton import Solution, find_equilibrium
 from weavecore.simulating.structure import Structure
 from weavecore.units import millimetres_in
@@ -36,6 +36,9 @@ Progress = Callable[[float, str], None]
 SEGMENTS = 2
 """Between two joints: the fewest that let a rod bend between them."""
 
+_SHEARS = 10.0
+"""Degrees by which rods turn about their ties in a shear mechanism; samples that come to rest turn by less."""
+
 
 def simulate_weave(
     weave: Weave,
@@ -44,6 +47,7 @@ def simulate_weave(
     loads: Optional[Loads] = None,
     segments: int = SEGMENTS,
     stations: Optional[Any] = None,
+    tie_stiffness: float = 0.0,
     unit: Optional[str] = None,
     buckling: bool = False,
     progress: Optional[Progress] = None,
@@ -61,6 +65,8 @@ def simulate_weave(
         Straight segments between two joints, 2 at least.
     stations : (M,) array_like, optional
         Marks at each visit along its rod, in the model's unit, instead of the drawn ones.
+    tie_stiffness : float
+        Of each tie against the turn of its rods about it, in N·m/rad; without it they turn freely.
     unit : str, optional
         Unit of the weave where it states none: ``"mm"``, ``"m"``…
     buckling : bool
@@ -76,6 +82,8 @@ def simulate_weave(
     """
     if segments < 2:
         raise Unsupported(f"Rods cannot bend with {segments} segments an edge", remedy="Use 2 or more.")
+    if not 0 <= tie_stiffness < np.inf:
+        raise Unsupported(f"The stiffness of ties is {tie_stiffness:g}", remedy="Use 0 or more, in N·m/rad.")
     metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
     held = supported_nodes(weave, supports)
     loads = loads or Loads(gravity=(0.0, 0.0, -1.0) if held.any() else None)
@@ -84,20 +92,30 @@ def simulate_weave(
     rods = place_points(weave.axes, segments=segments, metres=metres, stations=stations)
     diameter = weave.diameters[rods.rod] * metres
     structure = structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
+    structure = replace(structure, scissors=scissors_of(rods.points, structure.ties, tie_stiffness))
     found = find_equilibrium(structure, rods.points, progress=progress)
     words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)
     at_rest = replace(at_rest, supports=words, loads=str(loads))
     if not found.is_converged:
-        raise NotConverged(
-            f"No equilibrium was found in {found.n_steps} steps (residual force {found.residual:.3g} N)",
-            remedy="Look for sharp bends in the rods, or hold more nodes; the error's `reached` has the last state.",
-            reached=at_rest,
-        )
+        raise _not_converged(structure, rods, found, at_rest)
     if buckling and str(loads) != NONE:
         factor = first_buckling_factor(structure, found, progress=progress)
         at_rest = replace(at_rest, buckling_factor=factor)
     return at_rest
+
+
+def _not_converged(structure: Structure, rods: RodPoints, found: Solution, reached: Equilibrium) -> NotConverged:
+    """The error of a search without an equilibrium, which says where rods shear."""
+    what = f"No equilibrium was found in {found.n_steps} steps (residual force {found.residual:.3g} N)"
+    remedy = "Look for sharp bends in the rods, or hold more nodes; the error's `reached` has the last state."
+    beside = structure.ties.points[:, 2:]
+    drawn, now = (np.arccos(np.clip(scissor_cosines(x, beside), -1.0, 1.0)) for x in (rods.points, found.points))
+    turned = float(np.degrees(np.abs(now - drawn).max(initial=0.0)))
+    if turned > _SHEARS:
+        what += f": it shears, rods turned about their ties by up to {turned:.0f}°"
+        remedy = "Hold more nodes, or give the ties a stiffness; the error's `reached` has the last state."
+    return NotConverged(what, remedy=remedy, reached=reached)
 
 
 def structure_of(

@@ -17,13 +17,17 @@ from scipy.sparse.linalg import splu
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.simulating.elements import (
     BEND_SIGNS,
+    SCISSOR_SIGNS,
     STRETCH_SIGNS,
     TIE_SIGNS,
     Bends,
+    Scissors,
     Stretches,
     TieElements,
     bend_gradient,
     bend_hessian,
+    scissor_gradient,
+    scissor_hessian,
     stretch_hessian,
     stretch_values,
     tie_hessian,
@@ -37,6 +41,9 @@ class Forces:
 
     axial: Floats
     tie: Floats
+
+
+NO_SCISSORS = Scissors(np.zeros((0, 4), np.int64), np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +60,8 @@ class Structure:
         Forces on the points, which keep their direction.
     is_fixed : (n, 3) bool
         Coordinates that do not move.
+    scissors : Scissors, optional
+        On pairs of rods that ties hold; their points are among those of the ties.
     """
 
     n_points: int
@@ -61,6 +70,7 @@ class Structure:
     ties: TieElements
     loads: Floats
     is_fixed: Bools
+    scissors: Scissors = NO_SCISSORS
 
     def cut_to(self, rest: Floats) -> Structure:
         """The same with other rest lengths (M,) in m; what depends on the elements' points alone is shared."""
@@ -98,7 +108,7 @@ class Structure:
     def _pairs(self) -> tuple[Ints, Ints]:
         """Row and column of each pair of points of each element."""
         rows, columns = [], []
-        for points in (self.bends.points, self.stretches.points, self.ties.points):
+        for points in (self.bends.points, self.stretches.points, self.ties.points, self.scissors.points):
             k = points.shape[1]
             rows.append(np.repeat(points, k, axis=1).ravel())
             columns.append(np.tile(points, (1, k)).ravel())
@@ -119,7 +129,8 @@ class Structure:
         return {
             "bending": float(bend_gradient(x, self.bends)[0].sum()),
             "axial": float((self.stretches.stiffness * stretch**2).sum() / 2),
-            "ties": float((self.ties.stiffness * tie**2).sum() / 2),
+            "ties": float((self.ties.stiffness * tie**2).sum() / 2)
+            + float(scissor_gradient(x, self.scissors)[0].sum()),
         }
 
     def forces(self, x: Floats) -> Forces:
@@ -147,6 +158,7 @@ class Structure:
             (self.bends.points, BEND_SIGNS, bend_gradient(x, self.bends)[1]),
             (self.stretches.points, STRETCH_SIGNS, ((self.stretches.stiffness * stretch)[:, None] * unit)[:, None]),
             (self.ties.points, TIE_SIGNS, np.einsum("nk,nkvd->nvd", force, slopes, optimize=True)),
+            (self.scissors.points, SCISSOR_SIGNS, scissor_gradient(x, self.scissors)[1]),
         ]
         total = np.zeros((self.n_points, 3))
         for points, signs, by_vector in parts:
@@ -171,6 +183,7 @@ class Structure:
             (BEND_SIGNS, bend_hessian(x, self.bends)),
             (STRETCH_SIGNS, stretch_hessian(x, self.stretches, axial)),
             (TIE_SIGNS, tie_hessian(x, self.ties, tie)),
+            (SCISSOR_SIGNS, scissor_hessian(x, self.scissors)),
         ]
         entries = [_at_points(signs, _convex(blocks) if convex else blocks) for signs, blocks in parts]
         slots, indices, starts = self._pattern
