@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from weavecore.errors import UnitUnknown, WeaveError
     from weavecore.exploring import explore
-    from weavecore.model import Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
+    from weavecore.model import Latitudes, Lattice, Material, SurfaceMesh, Weave
     from weavecore.pipeline import (
         Workshop,
         compensate,
@@ -43,8 +43,6 @@ __all__ = [
     "Latitudes",
     "Lattice",
     "Material",
-    "Polylines",
-    "Strands",
     "SurfaceMesh",
     "UnitUnknown",
     "Weave",
@@ -72,7 +70,7 @@ __all__ = [
 _HOMES = {
     "weavecore.errors": ("UnitUnknown", "WeaveError"),
     "weavecore.exploring": ("explore",),
-    "weavecore.model": ("Lattice", "Latitudes", "Material", "Polylines", "Strands", "SurfaceMesh", "Weave"),
+    "weavecore.model": ("Lattice", "Latitudes", "Material", "SurfaceMesh", "Weave"),
 }
 
 

@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Optional, Union, cast
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 
-from weavecore.equilibrium_outputs import (
-    check_equilibrium_folder,
-    simulation_of,
-    write_equilibrium_tables,
-    write_handover,
-)
-from weavecore.errors import Doubtful, NotConverged, Unsupported
+from weavecore.errors import Doubtful, Unsupported
 from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
-from weavecore.exporting.replay_json import encode_replay
 from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
@@ -35,7 +27,6 @@ from weavecore.fabricating.workshop_folder import (
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
 from weavecore.linking.link import link_pattern, spacing_for_edges
 from weavecore.model import (
-    Compensation,
     Equilibrium,
     Latitudes,
     Lattice,
@@ -45,7 +36,6 @@ from weavecore.model import (
     SurfaceMesh,
     Weave,
 )
-from weavecore.model.compensation import DRAWN
 from weavecore.model.lattice_fit import note_inverted_faces
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
@@ -63,12 +53,16 @@ from weavecore.reading import (
 )
 from weavecore.reading.formats.result_json import read_weave_or_equilibrium
 from weavecore.reading.thickness import note_thickness
-from weavecore.simulating.boundary import Loads, Supports, supported_nodes
-from weavecore.simulating.compensate import LIMIT, compensation_note, find_balance, verdict_of
-from weavecore.simulating.hold import hold_until_within
-from weavecore.simulating.replay import MOST_STEPS, replay_sequence
-from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave
-from weavecore.simulating.work import check_work as check_simulation
+from weavecore.structural_analysis import (
+    check_equilibrium_folder,
+    compensate,
+    replay,
+    simulate,
+    simulation_of,
+    write_equilibrium_tables,
+    write_handover,
+    write_replay,
+)
 from weavecore.units import check_length, millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.html_page import encode_page
@@ -81,11 +75,10 @@ from weavecore.viewing.summary import (
     describe_surface,
     describe_weave,
 )
-from weavecore.viewing.terminal import part_of
 from weavecore.weaving.overhangs import with_overhangs
 from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
-from weavecore.weaving.weave import move_nodes, weave_lattice, with_note
+from weavecore.weaving.weave import weave_lattice
 
 __all__ = [
     "Workshop",
@@ -115,6 +108,7 @@ __all__ = [
     "write_equilibrium_tables",
     "write_handover",
     "write_marks",
+    "write_replay",
 ]
 
 Progress = Callable[[float, str], None]
@@ -123,10 +117,6 @@ Progress = Callable[[float, str], None]
 METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels, "fronts": offset_fronts}
 PICTURE, PAGE = ".png", ".html"
 WOVEN = "woven.3dm"
-DOWN = (0.0, 0.0, -1.0)
-ROUNDS = 2
-"""Of compensation: the axes that are laid through the moved nodes differ a little from the rods at rest, and a second
-round takes up what is left where that exceeds the limit."""
 
 
 def offset(
@@ -298,233 +288,6 @@ def read_rods(path: PathLike) -> Weave:
     """
     value, _ = read_weave_or_equilibrium(path)
     return value.weave if isinstance(value, Equilibrium) else value
-
-
-def simulate(
-    weave: Weave,
-    *,
-    supports: Supports = "borders",
-    gravity: Union[bool, Sequence[float], None] = None,
-    pressure: float = 0.0,
-    forces: Sequence[tuple[Any, Any]] = (),
-    segments: int = SEGMENTS,
-    stations: Any = None,
-    tie_stiffness: float = 0.0,
-    within: Optional[float] = None,
-    unit: Optional[str] = None,
-    buckling: bool = False,
-    progress: Optional[Progress] = None,
-) -> Equilibrium:
-    """Let the rods of a weave spring to where they rest (Yan et al. 2016, §1 and §6); see docs/structure.md.
-
-    Parameters
-    ----------
-    weave : Weave
-    supports : str or sequence of (n, 3) array_like
-        ``"borders"``, ``"none"``, or points and polylines: a point holds the node nearest to it, a polyline the nodes
-        that it passes.
-    gravity : bool or (3,) sequence of float, optional
-        Whether the rods have weight, along -z or the direction given; by default where there are supports.
-    pressure : float
-        In Pa, on the surface from outside.
-    forces : sequence of ((3,), (3,))
-        Places, and the forces in N on the nodes nearest to them.
-    segments : int
-        Straight segments between two joints, 2 at least.
-    stations : (M,) array_like, optional
-        Distance of each joint from the start of its rod where the marks differ from the drawn ones.
-    tie_stiffness : float
-        Of each tie against the turn of its rods about it, in N·m/rad; without it they turn freely.
-    within : float, optional
-        Choose the supports: few nodes that are held so that none departs by more than this length, in the model's unit.
-    unit : str, optional
-        Unit of the weave where it states none: ``"mm"``, ``"m"``…
-    buckling : bool
-        Whether to find the first buckling factor of the loads, which takes about as long again.
-    progress : callable, optional
-        Called with a fraction and a label; raising in it cancels.
-
-    Returns
-    -------
-    Equilibrium
-
-    Raises
-    ------
-    Unsupported, TooMuchWork
-    NotConverged
-        Where no equilibrium was found; ``reached`` is the state at which the search ended.
-    """
-    check_simulation(weave, segments)
-    is_default = supports != "none" or within is not None
-    loads = Loads(gravity=_direction(gravity, is_default=is_default), pressure=pressure, forces=tuple(forces))
-
-    def at_rest(held: Supports, carried: Loads = loads) -> Equilibrium:
-        return simulate_weave(
-            weave,
-            supports=held,
-            loads=carried,
-            segments=segments,
-            stations=stations,
-            tie_stiffness=tie_stiffness,
-            unit=unit,
-            buckling=buckling,
-            progress=progress,
-        )
-
-    if within is None:
-        return at_rest(supports)
-    return hold_until_within(at_rest, within, released=at_rest("none", Loads()))
-
-
-def compensate(
-    weave: Weave,
-    *,
-    supports: Supports = "borders",
-    gravity: Union[bool, Sequence[float], None] = None,
-    pressure: float = 0.0,
-    forces: Sequence[tuple[Any, Any]] = (),
-    within: Optional[float] = None,
-    hold: bool = True,
-    unit: Optional[str] = None,
-    progress: Optional[Progress] = None,
-) -> Compensation:
-    """Change lengths and marks so that a weave rests where it was drawn, and hold nodes where they do not suffice.
-
-    Parameters
-    ----------
-    weave : Weave
-    supports, gravity, pressure, forces, unit
-        As for `simulate`; without supports loads act only where nodes are held.
-    within : float, optional
-        Departure of a node that is allowed, in the model's unit; 2 mm by default.
-    hold : bool
-        Whether nodes may be held besides the supports.
-    progress : callable, optional
-        Called with a fraction and a label; raising in it cancels.
-
-    Returns
-    -------
-    Compensation
-        Its weave is the one to cut; `Compensation.verdict` says whether it keeps within the limit, and how.
-
-    Raises
-    ------
-    Unsupported
-    """
-    metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
-    limit = LIMIT / 1000.0 / metres if within is None else float(within)
-    if not 0 < limit < np.inf:
-        raise Unsupported(f"The limit of departure must be positive (got {limit:g})", remedy="Give a length.")
-    tell = progress or (lambda _fraction, _label: None)
-    is_held = supported_nodes(weave, supports)
-    loads = Loads(_direction(gravity, is_default=True), pressure, tuple(forces))
-    carried = loads if is_held.any() else Loads()
-    before = _reached(weave, supports=supports, loads=carried, unit=unit, progress=part_of(tell, 0.0, 0.1))
-    if before.is_stable and before.departure_max <= limit:
-        return Compensation(weave, before, before, limit, np.zeros(0, np.int64), DRAWN)
-    cut, is_fixed, after, tell_round = weave, is_held, before, part_of(tell, 0.1, 0.9)
-    for k in range(ROUNDS):
-        found = find_balance(
-            cut,
-            weave.axes.points,
-            is_fixed,
-            limit=limit,
-            loads=carried,
-            held_loads=loads,
-            metres=metres,
-            may_hold=hold,
-            progress=part_of(tell_round, k / ROUNDS, (k + 1) / ROUNDS),
-        )
-        cut, is_fixed = move_nodes(cut, found.nodes), found.is_held
-        added = np.flatnonzero(is_fixed & ~is_held)
-        held: Supports = [weave.lattice.nodes[[n]] for n in np.flatnonzero(is_fixed)] if len(added) else supports
-        carried = loads if is_fixed.any() else Loads()
-        after = _reached(cut, supports=held, loads=carried, unit=unit, progress=part_of(tell, 0.9, 1.0))
-        after = replace(after, points=_beside(after, before), drawn=before.drawn)
-        if after.departure_max <= limit or found.departure.max() > limit:
-            break
-    made = Compensation(cut, before, after, limit, added, verdict_of(found, len(added), after, limit))
-    noted = with_note(cut, compensation_note(made))
-    return replace(made, weave=noted, after=replace(after, weave=noted))
-
-
-def replay(
-    weave: Weave,
-    *,
-    supports: Supports = "borders",
-    gravity: Union[bool, Sequence[float], None] = None,
-    most_steps: int = MOST_STEPS,
-    unit: Optional[str] = None,
-    progress: Optional[Progress] = None,
-) -> Replay:
-    """Find where the unfinished weave rests after steps of its building sequence, and the stress in its rods.
-
-    Parameters
-    ----------
-    weave : Weave
-    supports, gravity, unit
-        As for `simulate`; without supports rods have no weight.
-    most_steps : int
-        Steps that are replayed, spread over the sequence; the last is always among them.
-    progress : callable, optional
-        Called with a fraction and a label; raising in it cancels.
-
-    Returns
-    -------
-    Replay
-
-    Raises
-    ------
-    Unsupported
-    """
-    return replay_sequence(
-        weave,
-        find_sequence(weave),
-        supports=supports,
-        loads=Loads(gravity=_direction(gravity, is_default=True)),
-        metres=millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0,
-        most_steps=most_steps,
-        progress=progress,
-    )
-
-
-def write_replay(found: Replay, path: PathLike, *, overwrite: bool = False) -> None:
-    """Write the steps of a replay to a .json, whole or not at all.
-
-    Parameters
-    ----------
-    found : Replay
-    path : path
-    overwrite : bool
-        Whether a file that is there already is replaced.
-
-    Raises
-    ------
-    OutputExists, NotWritten
-    """
-    check_targets([path], overwrite=overwrite)
-    write_whole(path, encode_replay(found), overwrite=overwrite)
-
-
-def _direction(gravity: Union[bool, Sequence[float], None], *, is_default: bool) -> Optional[Any]:
-    """Direction of the weight, None for none."""
-    is_on = is_default if gravity is None else gravity is not False
-    return (DOWN if gravity is None or gravity is True else gravity) if is_on else None
-
-
-def _reached(weave: Weave, **options: Any) -> Equilibrium:
-    """Where a weave rests, or where the search for it ended."""
-    try:
-        return simulate_weave(weave, **options)
-    except NotConverged as error:
-        return cast(Equilibrium, error.reached)
-
-
-def _beside(after: Equilibrium, before: Equilibrium) -> Any:
-    """Points of a weave at rest, laid over the first drawing where nothing holds them."""
-    if after.is_supported.any():
-        return after.points
-    return laid_over(after.points, before.drawn, weights=np.ones(len(after.points)))
 
 
 def export(
