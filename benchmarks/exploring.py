@@ -67,17 +67,24 @@ def main() -> None:
             "writing a variant": f"{1000 * writing[0]:.1f} ms; without page {1000 * writing[1]:.1f} ms",
             "finding a variant again": f"{1000 * writing[2]:.2f} ms",
         }
+        if options.scheduler:  # Its workers are not children of this process.
+            del rows["processor time of a variant"], rows["largest worker"]
         print("| | |\n|---|---|")
         for label, text in rows.items():
             print(f"| {label} | {text} |")
-        with_page, without, again = (MILLION * one / 3600 for one in writing)
-        print(f"\n{MILLION:,} variants on {CORES:,} cores: {MILLION * processor / CORES / 3600:.1f} h of weaving;")
-        print(f"{with_page:.1f} h of writing by one process, {without:.1f} h without pages;")
-        print(f"{60 * again:.0f} min to go on;")
-        print(f"{MILLION * bytes_in(folder) / n / 1e12:.2f} TB.")
+        if not options.scheduler:
+            print_estimate(processor, writing, bytes_in(folder) / n)
         print(f"\nNumPy {np.__version__}, Python {sys.version.split()[0]}.")
         if options.picture:
             draw_page(folder / "index.html", options.picture)
+
+
+def print_estimate(processor: float, writing: tuple[float, float, float], size: float) -> None:
+    """Print what a million variants take, from the figures of one in seconds and bytes."""
+    with_page, without, again = (MILLION * one / 3600 for one in writing)
+    print(f"\n{MILLION:,} variants on {CORES:,} cores: {MILLION * processor / CORES / 3600:.1f} h of weaving;")
+    print(f"{with_page:.1f} h of writing by one process, {without:.1f} h without pages;")
+    print(f"{60 * again:.0f} min to go on; {MILLION * size / 1e12:.2f} TB.")
 
 
 def seconds_to_write(folder: Path, key: str) -> tuple[float, float, float]:

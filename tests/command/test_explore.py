@@ -12,16 +12,28 @@ from weavecore.exploring import read_rows
 from weavecore.units import Length
 
 Run = Callable[..., Any]
-GRID = ("--spacing", "1000mm,9", "--pattern", "plain,kagome", "--rod", "20mm", "--workers", "1", "--no-pages")
+GRID = (
+    "--spacing",
+    "1000mm",
+    "--borders",
+    "all,7",
+    "--pattern",
+    "plain,kagome",
+    "--rod",
+    "20mm",
+    "--workers",
+    "1",
+    "--no-pages",
+)
 
 
 def test_a_grid_is_woven_to_a_folder_and_the_best_is_chosen(run: Run, folder: Path) -> None:
     ended = run("explore", "tube.3dm", "-o", "out", *GRID)
     assert (ended.status, ended.err) == (0, "")
     assert "4, 4 woven now" in ended.out
-    assert "2, the first in row 3: SPACING_TOO_LARGE" in ended.out
+    assert "2, the first in row 3: BAD_INDEX" in ended.out
     rows = read_rows(folder / "out")
-    assert [row.spacing for row in rows] == [1, 1, 9, 9]
+    assert [(row.spacing, row.inputs["borders"]) for row in rows] == [(1, "all")] * 2 + [(1, "7")] * 2
     assert [row.inputs["rod"] for row in rows] == ["0.02"] * 4
 
     again = run("explore", "tube.3dm", "-o", "out", *GRID)
