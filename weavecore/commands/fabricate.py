@@ -40,7 +40,9 @@ def _each_of(known: Iterable[str]) -> Callable[[str], str]:
 
 
 def fabricate(
-    result: Annotated[Path, typer.Argument(metavar="RESULT.json", help="Result of weavecore weave --json.")],
+    result: Annotated[
+        Path, typer.Argument(metavar="RESULT.json", help="Result of weavecore weave --json, or of simulate.")
+    ],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="The folder to write.")],
     stock: Annotated[
         Length, typer.Option(parser=length, metavar="LENGTH", help="Length of the bars: 6m, 12m, 6000…")
