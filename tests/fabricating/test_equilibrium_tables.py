@@ -64,6 +64,8 @@ def test_rods_ties_and_supports_have_their_forces(tables: dict[str, ReadTable]) 
         assert rods.floats("axial_min_n")[s] == pytest.approx(e.axial_force[a:b].min(), abs=1e-6)
         assert rods.floats("stress_max_mpa")[s] == pytest.approx(e.stress[a:b].max(), abs=1e-3)
         assert rods.floats("utilisation")[s] == pytest.approx(e.utilisation[a:b].max(), abs=1e-6)
+        nodes = e.weave.strands.strand(s)
+        assert rods.floats("departure_max")[s] == pytest.approx(e.departure[nodes].max(), abs=5e-4)
     assert ties.floats("force_n") == pytest.approx(e.tie_force_size, abs=1e-6)
     assert ties.floats("utilisation") == pytest.approx(e.tie_force_size / CABLE_TIES[0].strength, abs=1e-6)
     crossings = {(over, under) for _, over, under in e.weave.crossings.tolist()}

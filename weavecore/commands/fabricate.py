@@ -41,7 +41,8 @@ def _each_of(known: Iterable[str]) -> Callable[[str], str]:
 
 def fabricate(
     result: Annotated[
-        Path, typer.Argument(metavar="RESULT.json", readable=False, help="Result of weavecore weave --json.")
+        Path,
+        typer.Argument(metavar="RESULT.json", readable=False, help="Result of weavecore weave --json, or of simulate."),
     ],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="The folder to write.")],
     stock: Annotated[

@@ -70,7 +70,7 @@ def _add_rods(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> None:
         "utilisation": utilisation,
         "axial_force_n": equilibrium.greatest_of_rods(np.abs(equilibrium.axial_force)),
         "moment_nm": equilibrium.greatest_of_rods(equilibrium.moment),
-        "departure": equilibrium.greatest_of_rods(np.linalg.norm(equilibrium.points - equilibrium.drawn, axis=1)),
+        "departure": equilibrium.rod_departure,
     }
     colours = utilisation_colours(utilisation).tolist()
     for s, name in enumerate(weave.ids):

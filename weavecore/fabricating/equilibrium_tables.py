@@ -107,7 +107,6 @@ def _departures_table(equilibrium: Equilibrium, scale: float) -> Table:
 
 def _rods_table(equilibrium: Equilibrium, scale: float) -> Table:
     weave = equilibrium.weave
-    move = np.linalg.norm(equilibrium.points - equilibrium.drawn, axis=1) * scale
     values = zip(
         weave.ids,
         weave.strands.family.tolist(),
@@ -116,7 +115,7 @@ def _rods_table(equilibrium: Equilibrium, scale: float) -> Table:
         equilibrium.greatest_of_rods(equilibrium.moment).tolist(),
         equilibrium.greatest_of_rods(equilibrium.stress).tolist(),
         equilibrium.greatest_of_rods(equilibrium.utilisation).tolist(),
-        equilibrium.greatest_of_rods(move).tolist(),
+        (equilibrium.rod_departure * scale).tolist(),
     )
     columns = "rod_id,family,axial_max_n,axial_min_n,moment_max_nm,stress_max_mpa,utilisation,departure_max"
     rows = [

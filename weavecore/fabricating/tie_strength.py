@@ -30,10 +30,10 @@ class CableTie:
 
 
 CABLE_TIES = tuple(
-    CableTie(width, kilograms * _STANDARD_GRAVITY)
+    CableTie(width, float(round(kilograms * _STANDARD_GRAVITY)))
     for width, kilograms in ((2.5, 8.1), (3.6, 18.2), (4.8, 22.2), (7.6, 54.4))
 )
-"""Polyamide 6.6 by width, from kilograms: https://www.cableties-online.co.uk/blog/how-strong-are-cable-ties."""
+"""Polyamide 6.6 by width, from kilograms to whole newtons: https://www.cableties-online.co.uk/blog/how-strong-are-cable-ties."""
 
 DEFAULT_TIE = CABLE_TIES[0]
 """The narrowest: what it carries, all carry."""

@@ -126,6 +126,13 @@ class Equilibrium:
         distance: Floats = np.linalg.norm(self.node_move, axis=1)
         return distance
 
+    @cached_property
+    def rod_departure(self) -> Floats:
+        """(S,) the largest departure of the nodes of each rod."""
+        strands = self.weave.strands
+        largest: Floats = np.maximum.reduceat(self.departure[strands.nodes], strands.offsets[:-1])
+        return largest
+
     @property
     def departure_mean(self) -> float:
         return float(self.departure.mean())

@@ -85,14 +85,13 @@ def equilibrium_figures(equilibrium: Equilibrium) -> dict[str, Any]:
         JSON values and arrays.
     """
     material = equilibrium.weave.material
-    move = np.linalg.norm(equilibrium.points - equilibrium.drawn, axis=1)
     return {
         "allowableStress": material.strength / material.factor,
-        "largestMove": float(move.max(initial=0.0)),
+        "largestMove": equilibrium.departure_max,
         "rodUtilisation": equilibrium.greatest_of_rods(equilibrium.utilisation),
         "rodStress": equilibrium.greatest_of_rods(equilibrium.stress),
         "rodForce": _furthest_from_zero(equilibrium.axial_force, equilibrium.offsets),
-        "rodMove": equilibrium.greatest_of_rods(move),
+        "rodMove": equilibrium.rod_departure,
     }
 
 
