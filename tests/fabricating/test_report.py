@@ -146,7 +146,7 @@ BREAKS = [
     ),
     ("splices", put(1, "n_crossings", "1"), "splice_not_held"),
     ("splices", put(1, "length", "10"), "splice_overlap_too_short"),
-    ("splices", put(1, "utilisation", "0.9"), "splice_bent_without_need"),
+    ("splices", put(1, "utilisation", "0.9"), "splice_bent_avoidably"),
     ("splices", put(1, "utilisation", "0.001"), "splice_utilisation_understated"),
     ("splices", add(1, "from", 20.0), "splice_nearest_off_mm"),
     ("splices", put(1, "nearest_splice", "3"), "splice_near_another"),
@@ -202,7 +202,7 @@ def thin() -> Fabrication:
 def test_every_finding_can_be_broken() -> None:
     tested = {invariant for _, _, invariant in BREAKS}
     told = {finding.invariant for finding in thin().checks}
-    without_limit = {"waste_pct", "order_conflicts_listed", "splices_bent_of_need"}
+    without_limit = {"waste_pct", "order_conflicts_listed", "splices_bent_throughout"}
     assert told - without_limit - tested == {"dxf_scale_bar_off_mm", "svg_scale_bar_off_mm"}
 
 

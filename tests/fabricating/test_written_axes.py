@@ -117,10 +117,10 @@ def test_a_rod_is_rather_cut_once_more_than_spliced_in_a_bend() -> None:
 
 def test_a_ring_that_is_bent_all_around_is_noted_with_the_reason_and_fails_nothing() -> None:
     folder = made("hemisphere")
-    note = folder["splices_bent_of_need"]
+    note = folder["splices_bent_throughout"]
     assert note.passes
     for name in note.ids:
         assert name in table(folder, "splices")["splice_id"]
     text = folder.files["report.txt"].decode()
-    assert ("note  splices_bent_of_need" in text) == bool(note.ids)
+    assert ("note  splices_bent_throughout" in text) == bool(note.ids)
     assert (note.reason.split(".")[0] in " ".join(text.split())) == bool(note.ids)

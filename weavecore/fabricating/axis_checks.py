@@ -37,8 +37,8 @@ _LOOSE = 0.25
 than this over an edge, which is hundreds of diameters long."""
 
 _CLASHING = (
-    "These rods lie nearer to each other than their diameter, at a sharp crossing or side by side. They press "
-    "each other aside by the rest: widen the joint by hand, or weave with thinner rods or a larger spacing."
+    "These rods lie nearer to each other than their diameter, mostly at joints in tight curves or at sharp crossings. "
+    "They press each other aside by the rest, see clashes.csv; thinner rods or a larger spacing avoid it."
 )
 
 

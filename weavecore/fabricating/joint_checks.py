@@ -61,31 +61,26 @@ def check_joints(folder: WrittenFolder) -> Iterator[CheckResult]:
 def _check_marks(folder: WrittenFolder) -> Iterator[CheckResult]:
     """The marks of both rods of a joint agree, and every mark is at its station on its piece."""
     marks, rods, pieces = folder.table("marks"), folder.table("rods"), folder.table("pieces")
-    rows = [k for k, other in enumerate(marks["other_rod"]) if other]
     station, other_station = marks.floats("station"), marks.floats("other_station")
+    columns = (marks["joint_id"], marks["rod_id"], marks["other_rod"], station.tolist(), other_station.tolist())
+    rows = [row for row in zip(*columns) if row[2]]
     there: dict[tuple[str, str, str], list[float]] = {}
-    for k in rows:
-        there.setdefault((marks["joint_id"][k], marks["rod_id"][k], marks["other_rod"][k]), []).append(station[k])
+    for joint, rod, other, at, _ in rows:
+        there.setdefault((joint, other, rod), []).append(at)
+    # Nothing to compare with is NaN, which no limit lets pass.
     off = np.array(
         [
-            min(
-                (abs(at - other_station[k]) for at in there.get(_seen_from_other_rod(marks, k), [])),
-                default=float("nan"),
-            )
-            for k in rows
+            min((abs(at - stated) for at in there.get((joint, rod, other), ())), default=np.nan)
+            for joint, rod, other, _, stated in rows
         ]
     )
-    yield greatest_of("mark_sides_differ_mm", off, _MARK_LIMIT, [marks["joint_id"][k] for k in rows])
+    yield greatest_of("mark_sides_differ_mm", off, _MARK_LIMIT, [row[0] for row in rows])
     length = dict(zip(rods["rod_id"], rods.floats("length").tolist()))
     begin = dict(zip(pieces["piece_id"], pieces.floats("from").tolist()))
     long = np.array([length.get(rod, np.nan) for rod in marks["rod_id"]])
     off = marks.floats("from_start") + np.array([begin.get(piece, np.nan) for piece in marks["piece_id"]]) - station
     off = np.abs(off - np.round(off / long) * long)
     yield greatest_of("mark_off_its_station_mm", off, _STATION_LIMIT, marks["piece_id"])
-
-
-def _seen_from_other_rod(marks: ReadTable, k: int) -> tuple[str, str, str]:
-    return marks["joint_id"][k], marks["other_rod"][k], marks["rod_id"][k]
 
 
 def _check_nodes(folder: WrittenFolder) -> Iterator[CheckResult]:

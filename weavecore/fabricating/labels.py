@@ -95,9 +95,14 @@ def _lines(
 
 
 def _joint(plan: RodPlan, mark: Mark) -> str:
-    others = " ".join(f"{OVER if one.is_over else UNDER} {plan.ids[one.rod]}" for one in mark.crossings)
-    text = f"{mark.code} at {mark.at:.1f} {others}"
-    return text if len(text) <= _LONGEST_LINE else f"{text[: _LONGEST_LINE - 1]}…"
+    """The code and place of a joint, and as many of the rods there as fit on a line."""
+    text = f"{mark.code} at {mark.at:.1f}"
+    for one in mark.crossings:
+        longer = f"{text} {OVER if one.is_over else UNDER} {plan.ids[one.rod]}"
+        if len(longer) > _LONGEST_LINE:
+            return f"{text} …"
+        text = longer
+    return text
 
 
 def _draw_label(page: Drawing, x: float, top: float, lines: tuple[str, str, list[str]]) -> None:

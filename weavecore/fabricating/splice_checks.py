@@ -93,8 +93,8 @@ def _check_bending(folder: WrittenFolder) -> Iterator[CheckResult]:
     bent = np.maximum(stated, measured) > SPLICE_UTILISATION
     can_be_straighter = {rod: _can_be_straighter(folder, rod) for rod in set(rods[bent].tolist())}
     bent_splices = [(ids[k], can_be_straighter[int(rods[k])]) for k in np.flatnonzero(bent).tolist()]
-    yield count_of("splice_bent_without_need", [name for name, other in bent_splices if other])
-    yield note_of("splices_bent_of_need", [name for name, other in bent_splices if not other], _BENT_THROUGHOUT)
+    yield count_of("splice_bent_avoidably", [name for name, other in bent_splices if other])
+    yield note_of("splices_bent_throughout", [name for name, other in bent_splices if not other], _BENT_THROUGHOUT)
 
 
 def _can_be_straighter(folder: WrittenFolder, rod: int) -> bool:

@@ -38,6 +38,7 @@ LAYERS = {
 """Layers and their colours (red, green, blue from 0 to 255): outlines of rods, ticks at marks, texts at ticks, names of
 pieces, splices, and the scale bar with the statement."""
 
+_LEGEND = "This rod lies over or under the other, which goes on to the left (L) or right (R)."
 _SIDES = {sides.LEFT: "L", sides.RIGHT: "R"}
 
 ROW = 53.0
@@ -312,5 +313,6 @@ def _draw_scale(drawing: Drawing, x: float, y: float, statement: str) -> None:
         drawing.line(x + 10 * k, y, x + 10 * k, y + (3.0 if k % 5 == 0 else 1.8), SCALE)
     drawing.text(x, y - 3.6, "0", TEXT_HEIGHT, SCALE, anchor=MIDDLE)
     drawing.text(x + SCALE_BAR, y - 3.6, "100 mm", TEXT_HEIGHT, SCALE, anchor=MIDDLE)
-    for k, line in enumerate(statement.split("; input ")):
-        drawing.text(x + SCALE_BAR + 12, y - LINE_STEP * k, f"input {line}" if k else line, TEXT_HEIGHT, SCALE)
+    stated, _, source = statement.partition("; input ")
+    for k, line in enumerate((_LEGEND, stated, f"input {source}" if source else "")):
+        drawing.text(x + SCALE_BAR + 12, y - LINE_STEP * (k - 1), line, TEXT_HEIGHT, SCALE)
