@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from weavecore.errors import UnitUnknown, WeaveError
-    from weavecore.model import Bands, Latitudes, Lattice, Material, Polylines, Strands, SurfaceMesh, Weave
+    from weavecore.model import Latitudes, Lattice, Material, Strands, SurfaceMesh, Weave
     from weavecore.pipeline import (
         Workshop,
         compensate,
@@ -39,11 +39,9 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Bands",
     "Latitudes",
     "Lattice",
     "Material",
-    "Polylines",
     "Strands",
     "SurfaceMesh",
     "UnitUnknown",
@@ -70,7 +68,7 @@ __all__ = [
 
 _HOMES = {
     "weavecore.errors": ("UnitUnknown", "WeaveError"),
-    "weavecore.model": ("Bands", "Lattice", "Latitudes", "Material", "Polylines", "Strands", "SurfaceMesh", "Weave"),
+    "weavecore.model": ("Lattice", "Latitudes", "Material", "Strands", "SurfaceMesh", "Weave"),
 }
 
 
