@@ -9,7 +9,11 @@ import typer
 from weavecore.commands.arguments import Overwrite, Quiet, TimeLimit, ends_with
 from weavecore.commands.input_file import written_line
 from weavecore.commands.time_limit import timed_progress
+from weavecore.errors import Unsupported
 from weavecore.viewing.terminal import part_of, show_lines
+
+_SEGMENTS = 2
+"""The fewest that let a rod bend between joints, as in the stage, which is imported only when it runs."""
 
 
 def simulate(
@@ -50,7 +54,7 @@ def simulate(
         ),
     ] = None,
     pressure: Annotated[float, typer.Option(metavar="PA", help="Pressure on the surface from outside, in Pa.")] = 0.0,
-    segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
+    segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = _SEGMENTS,
     tie_stiffness: Annotated[
         float,
         typer.Option(metavar="NM", help="Stiffness of ties against the turn of rods about them, in N·m/rad."),
@@ -88,6 +92,11 @@ def simulate(
         held = pipeline.read_curves(supports) if Path(supports).suffix else supports
         tell_part = part_of(tell, 0.1, 0.9)
         if compensate:
+            if buckling or tie_stiffness or segments != _SEGMENTS:
+                raise Unsupported(
+                    "--compensate takes no --segments, --buckling or --tie-stiffness",
+                    remedy="Simulate the compensated result with them.",
+                )
             equilibrium = pipeline.compensate(
                 weave, supports=held, gravity=gravity, pressure=pressure, within=within, unit=unit, progress=tell_part
             ).after
