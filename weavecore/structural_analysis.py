@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, Callable, Optional, Union, cast
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 
-from weavecore.errors import NotConverged, Unsupported
+from weavecore.errors import Unsupported
 from weavecore.exporting.handover_file import encode_handover
 from weavecore.exporting.registry import encode
 from weavecore.exporting.replay_json import encode_replay
@@ -17,25 +16,20 @@ from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_eq
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_whole
 from weavecore.model import Compensation, Equilibrium, Replay, Weave
-from weavecore.model.compensation import DRAWN
 from weavecore.reading import read_result
-from weavecore.simulating.boundary import Loads, Supports, supported_nodes
-from weavecore.simulating.compensate import LIMIT, compensation_note, find_balance, verdict_of
+from weavecore.simulating.boundary import Loads, Supports
+from weavecore.simulating.compensate import compensate_weave
 from weavecore.simulating.hold import hold_until_within
 from weavecore.simulating.replay import MOST_STEPS, replay_sequence
-from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave
+from weavecore.simulating.simulate import SEGMENTS, simulate_weave
 from weavecore.simulating.work import check_work
 from weavecore.units import millimetres_in
-from weavecore.viewing.terminal import part_of
 from weavecore.weaving.sequence import find_sequence
-from weavecore.weaving.weave import move_nodes, with_note
+from weavecore.weaving.weave import move_nodes
 
 Progress = Callable[[float, str], None]
 
 DOWN = (0.0, 0.0, -1.0)
-ROUNDS = 2
-"""Of compensation: the axes that are laid through the moved nodes differ a little from the rods at rest, and a second
-round takes up what is left where that exceeds the limit."""
 
 
 def simulate(
@@ -150,41 +144,16 @@ def compensate(
     Unsupported
     """
     check_work(weave, SEGMENTS)
-    metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
-    limit = LIMIT / 1000.0 / metres if within is None else float(within)
-    if not 0 < limit < np.inf:
-        raise Unsupported(f"The limit of departure must be positive (got {limit:g})", remedy="Give a length.")
-    tell = progress or (lambda _fraction, _label: None)
-    is_held = supported_nodes(weave, supports)
-    loads = Loads(_direction(gravity, is_default=True), pressure, tuple(forces))
-    carried = loads if is_held.any() else Loads()
-    before = _reached(weave, supports=supports, loads=carried, unit=unit, progress=part_of(tell, 0.0, 0.1))
-    if before.is_stable and before.departure_max <= limit:
-        return Compensation(weave, before, before, limit, np.zeros(0, np.int64), DRAWN)
-    cut, is_fixed, after, tell_round = weave, is_held, before, part_of(tell, 0.1, 0.9)
-    for k in range(ROUNDS):
-        found = find_balance(
-            cut,
-            weave.axes.points,
-            is_fixed,
-            limit=limit,
-            loads=carried,
-            held_loads=loads,
-            metres=metres,
-            may_hold=hold,
-            progress=part_of(tell_round, k / ROUNDS, (k + 1) / ROUNDS),
-        )
-        cut, is_fixed = move_nodes(cut, found.nodes), found.is_held
-        added = np.flatnonzero(is_fixed & ~is_held)
-        held: Supports = [weave.lattice.nodes[[n]] for n in np.flatnonzero(is_fixed)] if len(added) else supports
-        carried = loads if is_fixed.any() else Loads()
-        after = _reached(cut, supports=held, loads=carried, unit=unit, progress=part_of(tell, 0.9, 1.0))
-        after = replace(after, points=_beside(after, before), drawn=before.drawn)
-        if after.departure_max <= limit or found.departure.max() > limit:
-            break
-    made = Compensation(cut, before, after, limit, added, verdict_of(found, len(added), after, limit))
-    noted = with_note(cut, compensation_note(made))
-    return replace(made, weave=noted, after=replace(after, weave=noted))
+    return compensate_weave(
+        weave,
+        move_nodes,
+        supports=supports,
+        loads=Loads(_direction(gravity, is_default=True), pressure, tuple(forces)),
+        within=within,
+        may_hold=hold,
+        unit=unit,
+        progress=progress,
+    )
 
 
 def replay(
@@ -250,21 +219,6 @@ def _direction(gravity: Union[bool, Sequence[float], None], *, is_default: bool)
     """Direction of the weight, None for none."""
     is_on = is_default if gravity is None else gravity is not False
     return (DOWN if gravity is None or gravity is True else gravity) if is_on else None
-
-
-def _reached(weave: Weave, **options: Any) -> Equilibrium:
-    """Where a weave rests, or where the search for it ended."""
-    try:
-        return simulate_weave(weave, **options)
-    except NotConverged as error:
-        return cast(Equilibrium, error.reached)
-
-
-def _beside(after: Equilibrium, before: Equilibrium) -> Any:
-    """Points of a weave at rest, laid over the first drawing where nothing holds them."""
-    if after.is_supported.any():
-        return after.points
-    return laid_over(after.points, before.drawn, weights=np.ones(len(after.points)))
 
 
 def simulation_of(weave: Weave, simulation: Union[Weave, Equilibrium, PathLike]) -> Optional[Equilibrium]:

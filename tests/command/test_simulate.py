@@ -96,3 +96,11 @@ def test_simulate_compensates_marks_and_replays_the_sequence(
     steps = json.loads(Path("steps.json").read_text("utf-8"))["steps"]
     assert steps[-1]["rods"] == len(before["strands"])
     assert "displacement" in ended.out
+
+
+@pytest.mark.parametrize("option", [("--segments", "4"), ("--buckling",), ("--tie-stiffness", "0.1")])
+def test_compensation_refuses_options_that_it_would_ignore(run: Run, woven: Path, option: tuple[str, ...]) -> None:
+    ended = run("simulate", "woven.json", "-o", "cut.json", "--compensate", *option)
+    assert ended.status == 1
+    assert option[0] in ended.err
+    assert not Path("cut.json").exists()

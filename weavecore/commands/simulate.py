@@ -10,8 +10,12 @@ from weavecore.commands.arguments import Overwrite, Quiet, TieStrength, TimeLimi
 from weavecore.commands.input_file import written_line
 from weavecore.commands.places import Force, force_of, read_loads, read_supports
 from weavecore.commands.time_limit import timed_progress
+from weavecore.errors import Unsupported
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.viewing.terminal import part_of, show_lines
+
+_SEGMENTS = 2
+"""The fewest that let a rod bend between joints, as in the stage, which is imported only when it runs."""
 
 
 def simulate(
@@ -70,7 +74,7 @@ def simulate(
         Optional[Force],
         typer.Option(metavar="X,Y,Z", help="Force in N on each point of --loads that states none.", parser=force_of),
     ] = None,
-    segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = 2,
+    segments: Annotated[int, typer.Option(min=2, max=32, help="Straight segments between two joints.")] = _SEGMENTS,
     tie_stiffness: Annotated[
         float,
         typer.Option(metavar="NM", help="Stiffness of ties against the turn of rods about them, in N·m/rad."),
@@ -128,6 +132,11 @@ def simulate(
         forces = read_loads(loads, force, unit=weave_unit, time_limit=time_limit) if loads else []
         tell_part = part_of(tell, 0.1, 0.9)
         if compensate:
+            if buckling or tie_stiffness or segments != _SEGMENTS:
+                raise Unsupported(
+                    "--compensate takes no --segments, --buckling or --tie-stiffness",
+                    remedy="Simulate the compensated result with them.",
+                )
             equilibrium = pipeline.compensate(
                 weave, supports=held, gravity=gravity, pressure=pressure, within=within, unit=unit, progress=tell_part
             ).after

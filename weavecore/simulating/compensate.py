@@ -21,22 +21,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Callable, Optional
+from typing import Any, Callable, Optional, cast
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity, kron
 from scipy.sparse.linalg import LinearOperator, lsmr
 
+from weavecore.errors import NotConverged, Unsupported
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.model import Compensation, Equilibrium, Note, Weave
-from weavecore.model.compensation import HELD, MARKS, OUT_OF_REACH, UNSTABLE
-from weavecore.simulating.boundary import Loads, load_forces
+from weavecore.model.compensation import DRAWN, HELD, MARKS, OUT_OF_REACH, UNSTABLE
+from weavecore.simulating.boundary import Loads, Supports, load_forces, supported_nodes
 from weavecore.simulating.discretise import RodPoints, place_points
 from weavecore.simulating.elements import normalised
 from weavecore.simulating.newton import Solution, find_equilibrium, stiffness_scale
-from weavecore.simulating.simulate import SEGMENTS, structure_of
+from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave, structure_of
 from weavecore.simulating.structure import Forces, Structure
-from weavecore.units import with_unit
+from weavecore.units import millimetres_in, with_unit
 
 Progress = Callable[[float, str], None]
 
@@ -75,6 +76,96 @@ _FIRST_HELD, _MOST_ROUNDS = 3, 4
 
 LIMIT = 2.0
 """Departure in millimetres that is allowed by default: about what marks and ties of a workshop hold."""
+
+
+_ROUNDS = 2
+"""The axes that are laid through the moved nodes differ a little from the rods at rest: a second round takes up what is
+left where that exceeds the limit."""
+
+MoveNodes = Callable[[Weave, Floats], Weave]
+"""Lays the same rods through nodes (N, 3) that are moved a little."""
+
+
+def compensate_weave(
+    weave: Weave,
+    move_nodes: MoveNodes,
+    *,
+    supports: Supports,
+    loads: Loads,
+    within: Optional[float] = None,
+    may_hold: bool = True,
+    unit: Optional[str] = None,
+    progress: Optional[Progress] = None,
+) -> Compensation:
+    """Change marks so that a weave rests where it was drawn, and hold nodes where that does not suffice.
+
+    Parameters
+    ----------
+    weave : Weave
+    move_nodes : callable
+    supports : str or sequence of (n, 3) array_like
+    loads : Loads
+        They act where nodes are held.
+    within : float, optional
+        Departure that is allowed, in the model's unit; by default `LIMIT`.
+    may_hold : bool
+        Whether nodes may be held besides the supports.
+    unit : str, optional
+        Unit of the weave where it states none.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Raises
+    ------
+    Unsupported
+        Where the limit is not positive, or supports hold nothing.
+    """
+    metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
+    limit = LIMIT / 1000.0 / metres if within is None else float(within)
+    if not 0 < limit < np.inf:
+        raise Unsupported(f"The limit of departure must be positive (got {limit:g})", remedy="Give a length.")
+    is_held = supported_nodes(weave, supports)
+    carried = loads if is_held.any() else Loads()
+    before = _reached(weave, supports=supports, loads=carried, unit=unit, progress=progress)
+    if before.is_stable and before.departure_max <= limit:
+        return Compensation(weave, before, before, limit, np.zeros(0, np.int64), DRAWN)
+    cut, is_fixed = weave, is_held
+    for _ in range(_ROUNDS):
+        fit = _Fit(cut, weave.axes.points * metres, _MARGIN * limit * metres, metres, progress)
+        found = fit.find(is_fixed, carried, loads, may_hold=may_hold)
+        cut, is_fixed = move_nodes(cut, found.nodes), found.is_held
+        added = np.flatnonzero(is_fixed & ~is_held)
+        held: Supports = list(weave.lattice.nodes[is_fixed]) if len(added) else supports
+        carried = loads if is_fixed.any() else Loads()
+        after = _reached(cut, supports=held, loads=carried, unit=unit, progress=progress)
+        after = replace(after, points=_beside(after, before), drawn=before.drawn)
+        if after.departure_max <= limit or found.departure.max() > limit:
+            break
+    made = Compensation(cut, before, after, limit, added, _verdict(found, len(added), after, limit))
+    noted = _with_note(cut, compensation_note(made))
+    return replace(made, weave=noted, after=replace(after, weave=noted))
+
+
+def _reached(weave: Weave, **options: Any) -> Equilibrium:
+    """Where a weave rests, or where the search for it ended."""
+    try:
+        return simulate_weave(weave, **options)
+    except NotConverged as error:
+        return cast(Equilibrium, error.reached)
+
+
+def _beside(after: Equilibrium, before: Equilibrium) -> Floats:
+    """Points of a weave at rest, laid over the first drawing where nothing holds them."""
+    if after.is_supported.any():
+        return after.points
+    return laid_over(after.points, before.drawn, weights=np.ones(len(after.points)))
+
+
+def _with_note(weave: Weave, note: Note) -> Weave:
+    """The same weave, with a note beside those of its surface."""
+    latitudes = weave.lattice.latitudes
+    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, note))
+    return replace(weave, lattice=replace(weave.lattice, latitudes=replace(latitudes, surface=surface)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,51 +209,7 @@ class Balance:
     is_unstable: bool
 
 
-def find_balance(
-    weave: Weave,
-    drawn: Floats,
-    is_held: Bools,
-    *,
-    limit: float,
-    loads: Loads,
-    held_loads: Loads,
-    metres: float,
-    may_hold: bool = True,
-    progress: Optional[Progress] = None,
-) -> Balance:
-    """Find marks, and nodes to hold where marks do not suffice, with which a weave rests near its drawing.
-
-    Parameters
-    ----------
-    weave : Weave
-        Its own lengths are where the search starts.
-    drawn : (M, 3) float64
-        Places of the visits that are sought, in the model's unit.
-    is_held : (N,) bool
-        Supports.
-    limit : float
-        Departure of a node that is allowed, in the model's unit.
-    loads, held_loads : Loads
-        With the supports that are passed, and once further nodes are held.
-    metres : float
-        In one unit of the model.
-    may_hold : bool
-        Whether nodes may be held besides the supports.
-    progress : callable, optional
-        Called with a fraction and a label; raising in it cancels.
-    """
-    fit = _Fit(weave, drawn * metres, _MARGIN * limit * metres, metres, progress)
-    state = fit.fade(fit.supported(is_held, loads))
-    is_unstable = state.before is not None and state.near.worst <= fit.limit
-    held = is_held
-    if may_hold and state.worst > fit.limit:
-        state, held = fit.hold(state, is_held, held_loads)
-    moves = np.asarray(fit.average @ (state.near.points - fit.rods.points))
-    nodes: Floats = weave.lattice.nodes + moves / metres
-    return Balance(nodes, held, state.departure / metres, is_unstable)
-
-
-def verdict_of(balance: Balance, n_held: int, after: Equilibrium, limit: float) -> str:
+def _verdict(balance: Balance, n_held: int, after: Equilibrium, limit: float) -> str:
     """What compensation reached, as `Compensation` names it; ``n_held`` counts the nodes held besides supports."""
     if after.departure_max <= limit:
         return HELD if n_held else MARKS
@@ -234,6 +281,16 @@ class _Fit:
     def spread(self) -> csr_matrix:
         """(n, N) moves of points from those of nodes: a point between two joints takes its part of both."""
         return _spread(self.weave, self.rods)
+
+    def find(self, is_held: Bools, loads: Loads, held_loads: Loads, *, may_hold: bool) -> Balance:
+        """Marks with which the weave rests near the drawing, and nodes to hold besides the supports."""
+        state, held = self.fade(self.supported(is_held, loads)), is_held
+        is_unstable = state.before is not None and state.near.worst <= self.limit
+        if may_hold and state.worst > self.limit:
+            state, held = self.hold(state, is_held, held_loads)
+        moves = np.asarray(self.average @ (state.near.points - self.rods.points)) / self.metres
+        nodes: Floats = self.weave.lattice.nodes + moves
+        return Balance(nodes, held, state.departure / self.metres, is_unstable)
 
     def supported(self, is_held: Bools, loads: Loads) -> _Anchored:
         """The structure with nodes held where they were drawn, and no springs yet."""

@@ -18,7 +18,6 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model.bending import Bending, Material
 from weavecore.model.lattice import FAMILIES, LONGITUDINAL, POCKET, Lattice
-from weavecore.model.notes import Note
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
@@ -134,14 +133,6 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
     bending, _ = measure_bending(axes, normals[weave.strands.nodes], diameters=diameters, material=weave.material)
     clashes = find_clashes(axes, diameters)
     return replace(weave, lattice=lattice, axes=axes, normals=normals, bending=bending, clashes=clashes)
-
-
-def with_note(weave: Weave, note: Note) -> Weave:
-    """The same weave, with a note beside those of its surface."""
-    latitudes = weave.lattice.latitudes
-    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, note))
-    lattice = replace(weave.lattice, latitudes=replace(latitudes, surface=surface))
-    return replace(weave, lattice=lattice)
 
 
 @dataclass(frozen=True, eq=False)
