@@ -5,7 +5,7 @@ are needed are there, keeps results of the same inputs, and turns every error in
 Nothing here imports Grasshopper before it is needed, so that it can be tested without.
 """
 
-from weavecore.canvas.inputs import chosen, numbers, read_curves, read_geometry
+from weavecore.canvas.inputs import chosen, diameters, numbers, read_curves, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
 from weavecore.canvas.results import (
     LatitudeResults,
@@ -30,6 +30,7 @@ __all__ = [
     "chosen",
     "concerns",
     "counts",
+    "diameters",
     "draw_latitudes",
     "draw_lattice",
     "draw_rods",
