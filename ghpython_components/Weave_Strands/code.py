@@ -13,9 +13,15 @@ import weavecore as wc
 from weavecore import canvas
 
 
-def compute(run, lattice, diameter, material, style):
-    options = {"rod_diameter": diameter, "material": material or "gfrp", "over_under": style}
-    weave = wc.weave(lattice, **options, progress=run.progress)
+def compute(run, lattice, diameter, material, style, stock):
+    weave = wc.weave(
+        lattice,
+        rod_diameter=diameter,
+        stock=canvas.diameters(stock),
+        material=material or "gfrp",
+        over_under=style,
+        progress=run.progress,
+    )
     drawn = canvas.draw_rods(run, weave)
     run.caption = f"{canvas.counts(rod=len(weave))}, {weave.over_under}"
     for text in canvas.concerns(weave):
@@ -24,7 +30,9 @@ def compute(run, lattice, diameter, material, style):
 
 
 class Strands(Grasshopper.Kernel.GH_ScriptInstance):
-    def RunScript(self, lattice, diameter: float, material: str, style: str):
-        inputs = {"lattice": lattice, "diameter": diameter, "material": material, "style": style}
+    def RunScript(
+        self, lattice, diameter: float, material: str, style: str, stock: System.Collections.Generic.List[float]
+    ):
+        inputs = {"lattice": lattice, "diameter": diameter, "material": material, "style": style, "stock": stock}
         component, sticky = ghenv.Component, scriptcontext.sticky
         return canvas.solve(component, sticky, compute, inputs, needs={"lattice": wc.Lattice}, n_outputs=5)

@@ -498,3 +498,12 @@ def test_a_plane_cuts_a_closed_surface(canvas: Canvas) -> None:
     assert np.abs(by_plane["surface"].vertices[cut][:, 2]).max() < 12.0
     assert len(own["surface"].cuts) == 1
     assert not np.array_equal(own["surface"].cuts[0], cut)
+
+
+def test_rings_are_freed_and_rods_are_chosen_from_a_stock(canvas: Canvas, stages: dict[str, Ran]) -> None:
+    latitudes = stages["offset"]["latitudes"]
+    freed = run_component("Weave_Link", latitudes=latitudes, free_rings=True)["lattice"]
+    assert (freed.nodes == pipeline.link(latitudes, free_rings=True).nodes).all()
+    for stock, expected in (([0.25, None], 0.25), ([0.25, 90.0], 0.25)):
+        ran = run_component("Weave_Strands", lattice=freed, stock=stock, material="gfrp")
+        assert ran["weave"].rod_diameter == expected, ran.messages

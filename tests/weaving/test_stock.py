@@ -47,6 +47,15 @@ def test_a_tube_is_woven_from_stock_with_all_rods_passing(pattern: str) -> None:
     assert len(weave.bending.violations) == 0
 
 
+def test_rods_too_thick_for_most_joints_stay_whole_and_exceed_the_stress() -> None:
+    lattice = pipeline.link(tube_latitudes(), pattern="plain")
+    weave = pipeline.weave(lattice, stock=[9.0])
+    thin = pipeline.weave(lattice, stock=[0.1])
+    assert len(weave) == len(thin)
+    assert len(weave.bending.violations) > 0.9 * len(weave)
+    assert "exceed the allowable stress" in dict(pipeline.describe(weave))["bending"]
+
+
 def test_rods_of_an_own_stock_are_taken() -> None:
     lattice = pipeline.link(tube_latitudes(), pattern="kagome")
     usual = pipeline.weave(lattice)

@@ -6,7 +6,7 @@ Nothing here imports Grasshopper before it is needed, so that it can be tested w
 """
 
 from weavecore.canvas.choosing import ChosenRow, choose_row
-from weavecore.canvas.inputs import chosen, numbers, read_curves, read_geometry
+from weavecore.canvas.inputs import chosen, diameters, numbers, read_curves, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
 from weavecore.canvas.results import (
     LatitudeResults,
@@ -43,6 +43,7 @@ __all__ = [
     "chosen",
     "concerns",
     "counts",
+    "diameters",
     "draw_equilibrium",
     "draw_latitudes",
     "draw_lattice",

@@ -156,6 +156,21 @@ def numbers(values: Any) -> Union[float, list[float], None]:
     return found if len(found) > 1 else found[0] if found else None
 
 
+def diameters(values: Any) -> Optional[list[float]]:
+    """The stock diameters that come to an input of list access.
+
+    Parameters
+    ----------
+    values : None, number or iterable of numbers and None
+
+    Returns
+    -------
+    list of float, or None where there are none
+    """
+    found = numbers(values)
+    return [float(found)] if isinstance(found, (int, float)) else found
+
+
 def chosen(values: Any) -> Optional[list[int]]:
     """The whole numbers that come to an input of list access.
 

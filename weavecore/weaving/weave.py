@@ -42,6 +42,10 @@ _FEWEST_OF_ALL = 2
 """Joints of a piece at least, in the last round: a rod too sharply bent is broken even where that gives short rods, for
 one that snaps is worse."""
 
+_MOST_SHARP = 0.1
+"""Share of the joints at which the thinnest rods of the stock may be too sharply bent to be broken there.  Beyond it,
+broken rods would be pieces of a few joints each, and hold nothing: they stay whole, and exceed the allowable stress."""
+
 Progress = Optional[Callable[[float, str], None]]
 
 
@@ -176,7 +180,7 @@ class _Woven:
         return _Bent(strands, lean, order, by_family, diameters, axes, normals, bending, largest)
 
     def bend_in_stock(self, strands: Strands, own: Optional[Sequence[float]]) -> _Bent:
-        """Rods of the thickest stock diameter that nearly all can be bent in, broken where they cannot."""
+        """Rods of the thickest stock diameter that nearly all can be bent in, broken where few cannot."""
         stock = own or stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
         whole = self.bend(strands, _one_for_all(_first_diameter(self.lattice)))
         diameter = choose_diameter(whole.largest, stock)
@@ -184,6 +188,8 @@ class _Woven:
             whole = self.bend(strands, _one_for_all(diameter), like=whole)
             bent = self.break_rods(whole, FEWEST_JOINTS)
             thinner = next_thinner(diameter, stock)
+            if thinner is None and (whole.largest < diameter).mean() > _MOST_SHARP:
+                return whole
             if thinner is None or (bent.bending.utilisation <= 1.0).mean() >= LEAST_RODS:
                 return self.break_rods(bent, _FEWEST_OF_ALL)
             diameter = thinner

@@ -1,0 +1,69 @@
+"""No rod turns by more than 45° at a joint: on a saddle, at the corners of a border, and around a narrow tongue."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planar_meshes import plate
+from weavecore import pipeline
+from weavecore.geometry.arrays import next_in_loop, rows_of
+from weavecore.model import SurfaceMesh, Weave
+from weavecore.model.lattice import LATITUDINAL
+
+TONGUE = [(0, 0), (320, 0), (320, 200), (195, 200), (195, 380), (125, 380), (125, 200), (0, 200)]
+"""A plate with a tongue of 70 x 180."""
+
+SQUARE = [(0, 0), (240, 0), (240, 240), (0, 240)]
+
+PATTERNS = ["triangular", "plain", "kagome"]
+
+
+@cache
+def woven(shape: str, pattern: str) -> Weave:
+    vertices, faces = plate([np.array(TONGUE if shape == "tongue" else SQUARE, float)], edge=10.0)
+    if shape == "saddle":
+        x, y = (vertices[:, :2] - 120.0).T
+        vertices = np.c_[vertices[:, :2], (x**2 - y**2) / 300.0]
+    latitudes = pipeline.offset(SurfaceMesh(vertices, faces, unit="Millimeters"), spacing=20.0)
+    return pipeline.weave(pipeline.link(latitudes, pattern=pattern))
+
+
+def turns_of(weave: Weave) -> np.ndarray:
+    """Degrees by which the rods turn at the nodes that they pass, rings included."""
+    strands = weave.strands
+    after = next_in_loop(strands.offsets)
+    steps = weave.lattice.nodes[strands.nodes[after]] - weave.lattice.nodes[strands.nodes]
+    inner = strands.closed[rows_of(strands.offsets)].copy()
+    inner |= after > np.arange(len(after))
+    arrives, leaves = np.flatnonzero(inner), after[inner]
+    passes = inner[leaves]
+    one, other = steps[arrives[passes]], steps[leaves[passes]]
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(1)))
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("shape", ["tongue", "square", "saddle"])
+def test_no_rod_turns_by_more_than_45_degrees_at_a_joint(shape: str, pattern: str) -> None:
+    assert turns_of(woven(shape, pattern)).max() <= 45.0
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("shape", ["tongue", "square", "saddle"])
+def test_all_rods_but_one_at_most_bend_in_the_diameter_that_is_chosen(shape: str, pattern: str) -> None:
+    assert len(woven(shape, pattern).bending.violations) <= 1
+
+
+@pytest.mark.parametrize("pattern", ["triangular", "plain"])
+def test_rings_that_would_turn_round_a_tongue_are_broken_at_its_tip(pattern: str) -> None:
+    weave = woven("tongue", pattern)
+    rings = np.flatnonzero(weave.strands.family == LATITUDINAL)
+    at_tip = weave.lattice.nodes[:, 1] > 310.0
+    reach = np.array([at_tip[weave.strands.strand(s)].any() for s in rings.tolist()])
+    assert reach.sum() >= 2
+    assert not weave.strands.closed[rings[reach]].any()
+    ends = weave.end_nodes
+    assert at_tip[ends].sum() >= 4
+    assert f"{weave.n_ends_inside} ends inside" in dict(pipeline.describe(weave))["rods"]
