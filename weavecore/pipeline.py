@@ -30,6 +30,7 @@ from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
 from weavecore.offsetting.spacing import Spacing, suggest_spacing
+from weavecore.polling import pollable
 from weavecore.reading import (
     FileReport,
     curves_from,
@@ -92,6 +93,7 @@ PICTURE, PAGE = ".png", ".html"
 WOVEN = "woven.3dm"
 
 
+@pollable
 def offset(
     surface: SurfaceMesh,
     *,
@@ -161,6 +163,7 @@ def refuse_doubts(surface: SurfaceMesh) -> None:
         )
 
 
+@pollable
 def link(
     latitudes: Latitudes,
     *,
@@ -202,6 +205,7 @@ def link(
     return note_inverted_faces(lattice)
 
 
+@pollable
 def weave(
     lattice: Lattice,
     *,
@@ -260,6 +264,7 @@ def read_rods(path: PathLike) -> Weave:
     return read_weave(path)[0]
 
 
+@pollable
 def simulate(
     weave: Weave,
     *,
@@ -363,6 +368,7 @@ def export(
     export_together(value, [path], overwrite=overwrite, parameters=parameters)
 
 
+@pollable
 def export_together(
     value: StageValue,
     paths: Iterable[PathLike],
@@ -453,6 +459,7 @@ def draw_picture(
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
 
 
+@pollable
 def fabricate(
     result: Union[Weave, PathLike],
     folder: PathLike,

@@ -38,6 +38,7 @@ from weavecore.model import (
     first_generations,
 )
 from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours, utilisation_colours
+from weavecore.polling import each
 
 _ROD_LAYERS = {"L": "latitudes", "A": "longitudes forward", "B": "longitudes back", "P": "pockets"}
 """Layer of a rod by the first letter of its name."""
@@ -92,7 +93,7 @@ def _add_latitudes(builder: RhinoFileBuilder, latitudes: Latitudes) -> None:
         parents.setdefault(child, []).append(parent)
     colours = latitude_colours(np.arange(latitudes.n_generations), latitudes.n_generations).tolist()
     figures = zip(latitudes.generation.tolist(), latitudes.distance.tolist(), latitudes.polylines.lengths.tolist())
-    for p, (generation, distance, length) in enumerate(figures):
+    for p, (generation, distance, length) in each(enumerate(figures)):
         layer = builder.layer(_layer_of("latitudes", generation, latitudes), tuple(colours[generation]))
         texts = {
             "id": p,
@@ -110,7 +111,7 @@ def _add_strands(builder: RhinoFileBuilder, strands: Strands, lattice: Lattice) 
     """Add all strands but the latitudinal ones, which run along the latitudes."""
     begins = first_generations(strands, lattice).tolist()
     lengths = strand_lengths(strands, lattice).tolist()
-    for s in np.flatnonzero(strands.family != LATITUDINAL).tolist():
+    for s in each(np.flatnonzero(strands.family != LATITUDINAL).tolist()):
         family = int(strands.family[s])
         if family == LONGITUDINAL:
             layer = builder.layer(_layer_of("longitudes", begins[s], lattice.latitudes), LONGITUDES)
@@ -130,7 +131,7 @@ def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
     """Add the axes as NURBS curves of degree 3, one layer a family, coloured by utilisation."""
     colours = utilisation_colours(weave.bending.utilisation).tolist()
     bending = weave.bending
-    for s, name in enumerate(weave.ids):
+    for s, name in each(enumerate(weave.ids)):
         layer = builder.layer(f"weave::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
         knots, controls = weave.axes.bspline(s)
         texts = {
@@ -155,7 +156,7 @@ def _add_equilibrium(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> Non
     move = np.linalg.norm(equilibrium.points - equilibrium.drawn, axis=1)
     departure = np.maximum.reduceat(move, offsets[:-1])
     colours = utilisation_colours(utilisation).tolist()
-    for s, name in enumerate(weave.ids):
+    for s, name in each(enumerate(weave.ids)):
         layer = builder.layer(f"equilibrium::rods::{_ROD_LAYERS[name[0]]}", _ROD_LAYER_COLOUR)
         points, is_closed = equilibrium.points[offsets[s] : offsets[s + 1]], bool(weave.strands.closed[s])
         through = np.concatenate([points, points[:1]]) if is_closed else points

@@ -9,6 +9,7 @@ from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.joint_checks import check_joints
 from weavecore.fabricating.rod_checks import check_rods
 from weavecore.fabricating.template_checks import check_templates
+from weavecore.polling import each
 
 _CHECKS = (check_rods, check_joints, check_templates)
 
@@ -29,7 +30,7 @@ def check_files(files: Mapping[str, bytes]) -> list[CheckResult]:
         One for each invariant, whether it holds or not.
     """
     folder = WrittenFolder(files)
-    return [result for check in _CHECKS for result in check(folder)]
+    return [result for check in _CHECKS for result in each(check(folder))]
 
 
 def encode_report(checks: Sequence[CheckResult], source: Source) -> dict[str, bytes]:

@@ -24,6 +24,7 @@ from weavecore.fabricating.csv_tables import ReadTable, read_statement
 from weavecore.fabricating.folder_reader import CheckResult, WrittenAxes, WrittenFolder, count_of, greatest_of
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.closest import segment_distances
+from weavecore.polling import each
 
 _MARK_LIMIT = 0.1
 """How far the two rods of a joint may put it apart along a rod, in millimetres."""
@@ -33,6 +34,9 @@ _STATION_LIMIT = 0.003
 
 _NODE_LIMIT = 0.2
 """How far a rebuilt node may be from the one in joints.csv, in millimetres, on models of metres."""
+
+_PAIRS_AT_ONCE = 100_000
+"""Pairs of segments that are compared at once, between two polls."""
 
 _GAP_LIMIT = 0.1
 """How far the gap of two axes at a joint may be from the mean of their diameters, in millimetres."""
@@ -246,7 +250,7 @@ def _check_axes(folder: WrittenFolder) -> Iterator[CheckResult]:
             touching.setdefault((min(one, other), max(one, other)), []).append(joint)
     places = dict(zip(joints["joint_id"], np.stack([joints.floats(c) for c in ("x", "y", "z")], axis=1)))
     gaps, at = [], []
-    for (one, other), names in touching.items():
+    for (one, other), names in each(touching.items()):
         key = (axes.rod_of[one], axes.rod_of[other])
         wanted = (thickness[key[0]] + thickness[key[1]]) / 2
         for name in names:
@@ -259,6 +263,11 @@ def _check_axes(folder: WrittenFolder) -> Iterator[CheckResult]:
         if gap < (thickness[a] + thickness[b]) / 2 - _GAP_LIMIT
     ]
     yield count_of("rods_that_intersect", near)
+
+
+def _parts_of(pairs: Ints) -> list[Ints]:
+    """The pairs (n, 2) in parts that take a fraction of a second; one part at least."""
+    return np.array_split(pairs, len(pairs) // _PAIRS_AT_ONCE + 1)
 
 
 class _AxisSegments:
@@ -291,15 +300,20 @@ class _AxisSegments:
         """Pairs of rods nearer than the mean of their diameters (R,), and how near; a rod is not its own neighbour."""
         reach = float(thickness.max(initial=0.0))
         pairs = self.tree.query_pairs(reach + self.longest, output_type="ndarray").astype(np.int64)
-        i, j = pairs.T
+        found = [self._close_pairs(part[:, 0], part[:, 1], thickness, reach) for part in each(_parts_of(pairs))]
+        distance, i, j = (np.concatenate(part) for part in zip(*found))
+        key = np.sort(np.stack([self.rod[i], self.rod[j]], axis=1), axis=1)
+        order = np.lexsort([distance, key[:, 1], key[:, 0]])
+        unique, first = np.unique(key[order], axis=0, return_index=True)
+        return distance[order][first].tolist(), [(a, b) for a, b in unique.tolist()]
+
+    def _close_pairs(self, i: Ints, j: Ints, thickness: Floats, reach: float) -> tuple[Floats, Ints, Ints]:
+        """Those of the pairs of segments (m,) that are nearer than the mean of their diameters, and how near."""
         own = (self.rod[i] == self.rod[j]) & (self._apart(i, j) < _OWN_REACH * reach)
         i, j = i[~own], j[~own]
         distance, _ = segment_distances(self.a[i], self.b[i], self.a[j], self.b[j])
         close = distance < (thickness[self.rod[i]] + thickness[self.rod[j]]) / 2
-        key = np.sort(np.stack([self.rod[i[close]], self.rod[j[close]]], axis=1), axis=1)
-        order = np.lexsort([distance[close], key[:, 1], key[:, 0]])
-        unique, first = np.unique(key[order], axis=0, return_index=True)
-        return distance[close][order][first].tolist(), [(a, b) for a, b in unique.tolist()]
+        return distance[close], i[close], j[close]
 
     def _apart(self, i: Ints, j: Ints) -> Floats:
         """(m,) length of rod between two segments (m,) of one rod; around a ring the shorter way."""

@@ -12,6 +12,7 @@ from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder, coun
 from weavecore.fabricating.nesting import least_bars
 from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, OVERLAP, OVERLAP_DIAMETERS, SPLICE_UTILISATION
 from weavecore.geometry.arrays import Floats
+from weavecore.polling import each
 
 _LENGTH_LIMIT = 0.1
 """How far the length of a rod may be from that of its axis, in millimetres: less than a saw's accuracy."""
@@ -55,7 +56,7 @@ def _check_lengths(folder: WrittenFolder) -> Iterator[CheckResult]:
     rods, axes = folder.table("rods"), folder.axes
     yield count_of("rods_without_axis", [rod for rod in rods["rod_id"] if rod not in axes.rod_of])
     lengths = np.array(
-        [_arc_length(axes.stations[axes.rod(k)], axes.points[axes.rod(k)]) for k in range(len(axes.ids))]
+        [_arc_length(axes.stations[axes.rod(k)], axes.points[axes.rod(k)]) for k in each(range(len(axes.ids)))]
     )
     stated = dict(zip(rods["rod_id"], rods.floats("length").tolist()))
     off = np.abs(lengths - np.array([stated.get(rod, np.nan) for rod in axes.ids]))

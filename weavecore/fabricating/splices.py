@@ -35,6 +35,7 @@ from weavecore.fabricating.workshop import (
     Workshop,
 )
 from weavecore.geometry.arrays import Floats
+from weavecore.polling import each, poll
 
 _COST_OF_SPLICE = 1e6
 """Above the sum of all penalties that a rod can have, so that the fewest splices win."""
@@ -192,7 +193,7 @@ def cut_rods(plan: RodPlan, workshop: Workshop) -> tuple[list[Piece], list[Splic
     pieces: list[Piece] = []
     splices: list[Splice] = []
     longest = workshop.stock - workshop.kerf
-    for rod in range(len(plan.ids)):
+    for rod in each(range(len(plan.ids))):
         length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
         if not closed and length + 2 * workshop.overhang <= longest:
             pieces.append(Piece(plan.ids[rod], rod, 1, -workshop.overhang, length + workshop.overhang, None, None))
@@ -357,6 +358,7 @@ def choose_splices(
         return None if found is None else found[1][1:-1]
     best: Optional[tuple[float, list[Candidate]]] = None
     for k in sorted(range(len(candidates)), key=lambda k: candidates[k].penalty)[:_MOST_STARTS]:
+        poll()
         begin = candidates[k]
         around = [*candidates[k + 1 :], *(one.moved(length) for one in candidates[:k])]
         found = _cheapest([begin, *around, begin.moved(length)], longest)

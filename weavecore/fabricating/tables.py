@@ -21,6 +21,7 @@ from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE,
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.splines import cubic_points, span_ends
 from weavecore.model import FAMILIES, BuildSequence
+from weavecore.polling import each
 
 _SAG = 0.02
 """How far an axis may depart from the straight line between two points of axes.csv, in millimetres: a fifth of the
@@ -208,8 +209,8 @@ def _axes_table(plan: RodPlan) -> Table:
     points = _sample_axes(plan)
     rows = [
         (plan.ids[rod], mm(station), *(number(v, AXIS_DIGITS) for v in (x, y, z)), number(offset, 4))
-        for rod, station, (x, y, z), offset in zip(
-            points.rod.tolist(), points.stations.tolist(), points.points.tolist(), points.layer_offsets.tolist()
+        for rod, station, (x, y, z), offset in each(
+            zip(points.rod.tolist(), points.stations.tolist(), points.points.tolist(), points.layer_offsets.tolist())
         )
     ]
     return Table("axes", ("rod_id", "station", "x", "y", "z", "layer_offset"), rows)

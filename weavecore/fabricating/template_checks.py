@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
+from typing import Optional
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -17,6 +18,7 @@ from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.template_files import import_optional
 from weavecore.fabricating.templates import ROW, SCALE, SCALE_BAR, TICKS
 from weavecore.geometry.arrays import Floats
+from weavecore.polling import each, poll
 
 _LIMIT = 0.01
 """How far a tick may be from its mark, and the scale bar from its length, in millimetres."""
@@ -42,11 +44,21 @@ def check_templates(folder: WrittenFolder) -> Iterator[CheckResult]:
         yield CheckResult("svg_scale_bar_off_mm", _scale_off(lines[SCALE]), _LIMIT)
 
 
+class _PolledBytes(io.BytesIO):
+    """Bytes that are read line by line."""
+
+    def readline(self, size: Optional[int] = -1, /) -> bytes:
+        poll()
+        return super().readline(size)
+
+
 def _read_dxf_lines(content: bytes) -> dict[str, Floats]:
     """The lines (n, 4) of every layer of a DXF, as x, y, x, y with y up."""
-    document = import_optional("ezdxf", "DXF").read(io.StringIO(content.decode()))
+    import_optional("ezdxf", "DXF")
+    from ezdxf.addons import iterdxf
+
     lines: dict[str, list[tuple[float, ...]]] = {TICKS: [], SCALE: []}
-    for line in document.modelspace().query("LINE"):
+    for line in each(iterdxf.single_pass_modelspace(_PolledBytes(content), types=["LINE"])):
         (a, b, _), (c, d, _) = line.dxf.start, line.dxf.end
         lines.setdefault(line.dxf.layer, []).append((a, b, c, d))
     return {layer: np.array(rows, np.float64).reshape(-1, 4) for layer, rows in lines.items()}
@@ -59,7 +71,8 @@ def _read_svg_lines(content: bytes) -> dict[str, Floats]:
     for group in root.iter(f"{_SVG}g"):
         if group.get("id"):
             rows = [
-                [float(line.get(key, "nan")) for key in ("x1", "y1", "x2", "y2")] for line in group.iter(f"{_SVG}line")
+                [float(line.get(key, "nan")) for key in ("x1", "y1", "x2", "y2")]
+                for line in each(group.iter(f"{_SVG}line"))
             ]
             lines[str(group.get("id"))] = np.array(rows, np.float64).reshape(-1, 4) * (1, -1, 1, -1)
     return lines

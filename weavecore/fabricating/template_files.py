@@ -15,6 +15,7 @@ from xml.sax.saxutils import escape
 
 from weavecore.errors import Unsupported
 from weavecore.fabricating.templates import LAYERS, LEFT, MIDDLE, RIGHT, DrawnLine, DrawnText, TemplateDrawing
+from weavecore.polling import each, poll
 
 _MILLIMETRES = 4
 """$INSUNITS of DXF."""
@@ -76,12 +77,12 @@ def encode_dxf(drawing: TemplateDrawing, statement: str) -> bytes:
             if any(colour):
                 entry.rgb = colour
         space = document.modelspace()
-        for line in drawing.lines:
+        for line in each(drawing.lines):
             attributes = {"layer": line.layer, "lineweight": _line_weight(line.width)}
             if line.is_dashed:
                 attributes["linetype"] = "DASHED"
             space.add_line((line.x1, line.y1), (line.x2, line.y2), dxfattribs=attributes)
-        for text in drawing.texts:
+        for text in each(drawing.texts):
             entity = space.add_text(
                 text.text,
                 height=text.height,
@@ -90,9 +91,17 @@ def encode_dxf(drawing: TemplateDrawing, statement: str) -> bytes:
             )
             entity.set_placement((text.x, text.y), align=alignments[text.anchor])
         _sort_classes(document)
-        stream = io.StringIO()
+        stream = _PolledText()
         document.write(stream)
     return stream.getvalue().encode(document.output_encoding, "dxfreplace")
+
+
+class _PolledText(io.StringIO):
+    """A text that is written in many small parts."""
+
+    def write(self, text: str, /) -> int:
+        poll()
+        return super().write(text)
 
 
 def _line_weight(width: float) -> int:
@@ -203,9 +212,9 @@ def encode_pdf(pages: Sequence[TemplateDrawing], width: float, height: float, st
     canvas.setViewerPreference("PrintScaling", "None")
     for page in pages:
         canvas.scale(_POINTS_PER_MM, _POINTS_PER_MM)
-        for line in page.lines:
+        for line in each(page.lines):
             _pdf_line(canvas, line)
-        for text in page.texts:
+        for text in each(page.texts):
             _pdf_text(canvas, text)
         canvas.showPage()
     canvas.save()

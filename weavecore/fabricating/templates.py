@@ -23,6 +23,7 @@ from weavecore.fabricating.marks import OVER, UNDER, Mark
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice
 from weavecore.fabricating.workshop import PAPERS
+from weavecore.polling import each
 
 ROD, TICKS, LABELS, NAMES, SPLICES, SCALE = "ROD", "TICKS", "LABELS", "NAMES", "SPLICES", "SCALE"
 LAYERS = {
@@ -157,8 +158,8 @@ class TemplateDrawing:
     def moved(self, x: float, y: float) -> TemplateDrawing:
         """The drawing, moved by (x, y)."""
         return TemplateDrawing(
-            [replace(one, x1=one.x1 + x, x2=one.x2 + x, y1=one.y1 + y, y2=one.y2 + y) for one in self.lines],
-            [replace(one, x=one.x + x, y=one.y + y) for one in self.texts],
+            [replace(one, x1=one.x1 + x, x2=one.x2 + x, y1=one.y1 + y, y2=one.y2 + y) for one in each(self.lines)],
+            [replace(one, x=one.x + x, y=one.y + y) for one in each(self.texts)],
         )
 
 
