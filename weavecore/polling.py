@@ -2,8 +2,8 @@
 
 A stage calls ``progress(fraction, label)`` at its own steps, and raising in it cancels.  Between two steps seconds may
 pass.  `pollable` keeps the callback for the time of a stage, and `poll`, called wherever a loop takes long, calls it
-again with what was told last, every `INTERVAL` at most: so everything can be stopped within a fraction of a second,
-and no function takes a callback that it does not report to itself.  Where nobody listens, `poll` costs 0.1 µs.
+again with what was told last, every `INTERVAL` at most.  So the work can be stopped between any two operations on
+arrays, and no function takes a callback that it does not report to itself.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class FaceFinder:
         radius = np.linalg.norm(self._corners - middle[:, None], axis=2).max(1)
         size = np.frexp(radius)[1]
         classes = [np.flatnonzero(size == s) for s in np.unique(size)]
-        self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in classes]
+        self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in each(classes)]
         self._centroids = cKDTree(middle)
 
     def find(self, points: Floats) -> tuple[Ints, Floats]:

@@ -193,7 +193,7 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
     one, other = (_stretches(points, rows, strands, v, REACH * rod_diameter) for v in visits.T)
     least = np.full(len(visits), np.inf)
     for p in each(range(one.shape[1] - 1)):
-        for q in range(other.shape[1] - 1):
+        for q in each(range(other.shape[1] - 1)):
             distance, _ = segment_distances(one[:, p], one[:, p + 1], other[:, q], other[:, q + 1])
             least = np.minimum(least, distance)
     return least
