@@ -41,6 +41,7 @@ from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
 from weavecore.offsetting.spacing import Spacing, suggest_spacing
+from weavecore.polling import pollable
 from weavecore.reading import (
     FileReport,
     curves_from,
@@ -119,6 +120,7 @@ PICTURE, PAGE = ".png", ".html"
 WOVEN = "woven.3dm"
 
 
+@pollable
 def offset(
     surface: SurfaceMesh,
     *,
@@ -188,6 +190,7 @@ def refuse_doubts(surface: SurfaceMesh) -> None:
         )
 
 
+@pollable
 def link(
     latitudes: Latitudes,
     *,
@@ -229,6 +232,7 @@ def link(
     return note_inverted_faces(lattice)
 
 
+@pollable
 def weave(
     lattice: Lattice,
     *,
@@ -319,6 +323,7 @@ def export(
     export_together(value, [path], overwrite=overwrite, parameters=parameters)
 
 
+@pollable
 def export_together(
     value: StageValue,
     paths: Iterable[PathLike],
@@ -409,6 +414,7 @@ def draw_picture(
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
 
 
+@pollable
 def fabricate(
     result: Union[Weave, Equilibrium, PathLike],
     folder: PathLike,

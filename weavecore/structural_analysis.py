@@ -16,6 +16,7 @@ from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_eq
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_whole
 from weavecore.model import Compensation, Equilibrium, Replay, Weave
+from weavecore.polling import pollable
 from weavecore.reading import read_result
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.compensate import compensate_weave
@@ -32,6 +33,7 @@ Progress = Callable[[float, str], None]
 DOWN = (0.0, 0.0, -1.0)
 
 
+@pollable
 def simulate(
     weave: Weave,
     *,
@@ -108,6 +110,7 @@ def simulate(
     return hold_until_within(at_rest, within, released=at_rest("none", Loads()))
 
 
+@pollable
 def compensate(
     weave: Weave,
     *,
@@ -156,6 +159,7 @@ def compensate(
     )
 
 
+@pollable
 def replay(
     weave: Weave,
     *,

@@ -35,6 +35,7 @@ from weavecore.model import (
     first_generations,
 )
 from weavecore.palette import LONGITUDES, NODES, POCKETS, SURFACE, latitude_colours, utilisation_colours
+from weavecore.polling import each
 
 
 def encode_3dm(product: Product) -> bytes:
@@ -83,7 +84,7 @@ def _add_latitudes(builder: RhinoFileBuilder, latitudes: Latitudes) -> None:
         parents.setdefault(child, []).append(parent)
     colours = latitude_colours(np.arange(latitudes.n_generations), latitudes.n_generations).tolist()
     figures = zip(latitudes.generation.tolist(), latitudes.distance.tolist(), latitudes.polylines.lengths.tolist())
-    for p, (generation, distance, length) in enumerate(figures):
+    for p, (generation, distance, length) in each(enumerate(figures)):
         layer = builder.layer(_layer_of("latitudes", generation, latitudes), tuple(colours[generation]))
         texts = {
             "id": p,
@@ -101,7 +102,7 @@ def _add_strands(builder: RhinoFileBuilder, strands: Strands, lattice: Lattice) 
     """Add all strands but the latitudinal ones, which run along the latitudes."""
     begins = first_generations(strands, lattice).tolist()
     lengths = strand_lengths(strands, lattice).tolist()
-    for s in np.flatnonzero(strands.family != LATITUDINAL).tolist():
+    for s in each(np.flatnonzero(strands.family != LATITUDINAL).tolist()):
         family = int(strands.family[s])
         if family == LONGITUDINAL:
             layer = builder.layer(_layer_of("longitudes", begins[s], lattice.latitudes), LONGITUDES)

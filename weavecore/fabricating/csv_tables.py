@@ -27,6 +27,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats
 from weavecore.model import Weave
+from weavecore.polling import each
 from weavecore.version import installed_version
 
 LENGTH_DIGITS = 3
@@ -103,7 +104,7 @@ class Table:
         stream.write(f"# {source.line(self.name)}\n")
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(self.columns)
-        writer.writerows([_without_formula(cell) for cell in row] for row in self.rows)
+        writer.writerows([_without_formula(cell) for cell in row] for row in each(self.rows))
         return stream.getvalue().encode()
 
 
@@ -157,7 +158,7 @@ def read_table(content: bytes) -> ReadTable:
     text = content.decode()
     body = text.split("\n", 1)[1] if text.startswith("#") else text
     names, *rows = csv.reader(io.StringIO(body, newline=""))
-    return ReadTable({name: [row[k].removeprefix(_APOSTROPHE) for row in rows] for k, name in enumerate(names)})
+    return ReadTable({name: [row[k].removeprefix(_APOSTROPHE) for row in rows] for k, name in each(enumerate(names))})
 
 
 def read_statement(content: bytes) -> dict[str, str]:

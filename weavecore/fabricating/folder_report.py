@@ -13,6 +13,7 @@ from weavecore.fabricating.rod_checks import check_rods
 from weavecore.fabricating.splice_checks import check_splices
 from weavecore.fabricating.step_checks import check_steps
 from weavecore.fabricating.template_checks import check_templates
+from weavecore.polling import each
 
 _CHECKS = (check_rods, check_splices, check_joints, check_axes, check_steps, check_templates)
 
@@ -36,7 +37,7 @@ def check_files(files: Mapping[str, bytes]) -> list[CheckResult]:
         One for each invariant, whether it holds or not.
     """
     folder = WrittenFolder(files)
-    return [result for check in _CHECKS for result in check(folder)]
+    return [result for check in _CHECKS for result in each(check(folder))]
 
 
 def encode_report(checks: Sequence[CheckResult], source: Source) -> dict[str, bytes]:

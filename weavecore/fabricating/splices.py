@@ -38,6 +38,7 @@ from weavecore.fabricating.workshop import (
     Workshop,
 )
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.polling import each, poll
 
 _COST_OF_SPLICE = 1e6
 """Above the sum of all penalties but the first that a rod can have, so that the fewest splices win."""
@@ -195,13 +196,13 @@ def cut_rods(plan: RodPlan, workshop: Workshop) -> tuple[list[Piece], list[Splic
     is_spliced = plan.axes.closed | (plan.axes.lengths > workshop.stock - workshop.kerf)
     placed = _PlacedSplices(plan, workshop, plan.bending_along(is_spliced))
     chosen: dict[int, list[Candidate]] = {}
-    for rod in np.flatnonzero(is_spliced).tolist():
+    for rod in each(np.flatnonzero(is_spliced).tolist()):
         chosen[rod] = _choose(plan, workshop, placed, rod)
         placed.add(rod, chosen[rod])
     nearest = iter(placed.nearest().tolist())
     pieces: list[Piece] = []
     splices: list[Splice] = []
-    for rod in range(len(plan.ids)):
+    for rod in each(range(len(plan.ids))):
         length, closed = float(plan.axes.lengths[rod]), bool(plan.axes.closed[rod])
         own = [
             _splice(plan, workshop.splice, rod, k, one, next(nearest))
@@ -419,6 +420,7 @@ def choose_splices(
         return [min(single, key=lambda one: one.penalty)]
     best: Optional[tuple[float, list[Candidate]]] = None
     for k in sorted(range(len(candidates)), key=lambda k: candidates[k].penalty)[:_MOST_STARTS]:
+        poll()
         begin = candidates[k]
         around = [*candidates[k + 1 :], *(one.moved(length) for one in candidates[:k])]
         found = _cheapest([begin, *around, begin.moved(length)], longest)

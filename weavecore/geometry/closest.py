@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, cross, dots
+from weavecore.polling import each
 
 _POINTS_AT_ONCE = 4096  # bounds the memory of the candidates
 _TINY = np.finfo(float).tiny
@@ -38,7 +39,7 @@ class FaceFinder:
         radius = np.linalg.norm(self._corners - middle[:, None], axis=2).max(1)
         size = np.frexp(radius)[1]
         classes = [np.flatnonzero(size == s) for s in np.unique(size)]
-        self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in classes]
+        self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in each(classes)]
         self._centroids = cKDTree(middle)
 
     def find(self, points: Floats) -> tuple[Ints, Floats]:
@@ -57,7 +58,7 @@ class FaceFinder:
         bound = _distances(nearest_on_triangles(points, self._corners[guess]), points)
         best = np.zeros(len(points), np.int64)
         place = np.zeros((len(points), 3))
-        for begin in range(0, len(points), _POINTS_AT_ONCE):
+        for begin in each(range(0, len(points), _POINTS_AT_ONCE)):
             block = slice(begin, begin + _POINTS_AT_ONCE)
             row, face = _candidates(points[block], bound[block], self._trees)
             nearest = nearest_on_triangles(points[block][row], self._corners[face])

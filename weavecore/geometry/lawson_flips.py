@@ -23,6 +23,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import find_twins, halfedge_ends, next_halfedge, previous_halfedge
+from weavecore.polling import poll
 
 _MAX_TURN_ROUNDS = 100  # as long as a gain is left; a Delaunay triangulation needs some ten
 _MAX_FLIP_ROUNDS = 60
@@ -83,6 +84,7 @@ def turn_edges(triangles: Ints, n_points: int, taken: Ints, gain: Gain, *, one_a
     """
     triangles = triangles.copy()
     for _ in range(_MAX_TURN_ROUNDS):
+        poll()
         h, t = _edges_to_turn(triangles, n_points, taken, gain, one_a_corner)
         if len(h) == 0:
             break
@@ -231,6 +233,7 @@ def flip_edges(faces: Ints, plane: Floats, points: Floats, names: Ints, held: In
     faces = faces.copy()
     collapsed = _collapsed(names[faces])
     for _ in range(_MAX_FLIP_ROUNDS):
+        poll()
         twins = find_twins(faces, len(plane))
         h = np.flatnonzero(twins > np.arange(len(twins)))
         h = h[~collapsed[h // 3] & ~collapsed[twins[h] // 3] & ~_are_held(faces, h, held, len(plane))]
@@ -348,6 +351,7 @@ def take_back_folds(faces: Ints, before: Floats, after: Floats) -> Floats:
     after = after.copy()
     floor = _MIN_AREA_SHARE * doubled_areas(before, faces)
     for _ in range(_MAX_UNDO_ROUNDS):
+        poll()
         folded = faces[doubled_areas(after, faces) <= floor].ravel()
         if len(folded) == 0:
             return after

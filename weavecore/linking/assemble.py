@@ -36,6 +36,7 @@ from weavecore.linking.pocket_filling import fill_bands
 from weavecore.linking.ring_to_parent import DividedPolylines, Strip
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
+from weavecore.polling import each
 
 _STRETCH = 0.97
 """Part of the diagonal of `longest_link` that a link may have: chords are shorter than distances along the surface."""
@@ -141,7 +142,7 @@ def _ring_edges(counts: Ints, closed: Bools) -> Ints:
 def _faces_of_strips(strips: dict[int, Strip], counts: Ints, pattern: Pattern) -> BandFaces:
     first = offsets_of(counts)
     parts = []
-    for band, strip in strips.items():
+    for band, strip in each(strips.items()):
         parent = np.arange(first[strip.parent], first[strip.parent + 1])
         child = np.arange(first[strip.child], first[strip.child + 1])
         corners = faces_of_strip(strip, parent, child, has_diagonals=pattern.has_diagonals)

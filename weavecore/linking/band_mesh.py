@@ -32,6 +32,7 @@ from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side
 from weavecore.linking.band_boundaries import BandBoundaries, OpenMesh, open_mesh, trace_band_boundaries
 from weavecore.linking.free_borders import FreeBorderNodes, PolylineEnd
 from weavecore.model.latitudes import Latitudes
+from weavecore.polling import each
 
 _LONGEST_EDGE = 0.5
 """Part of the lattice's edge length: no inner edge of a band mesh is longer, so that two nodes next to each other
@@ -236,7 +237,7 @@ def _large_cells(cells: CellComplex, points: Floats, band_of_piece: Ints) -> tup
     is_fan = np.ones(len(fans.cell), bool)
     more, triangles, cell = [fans.centroid], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
     n_points = len(points) + len(fans.centroid)
-    for k in np.flatnonzero(fans.is_folded | (n_sides >= MIN_CROWD + 2)).tolist():
+    for k in each(np.flatnonzero(fans.is_folded | (n_sides >= MIN_CROWD + 2)).tolist()):
         corners = _corners_of(cells, int(first[k]), int(n_sides[k]))
         normal = fans.normal[k] if fans.is_folded[k] else None
         found = _rows_or_polygon(points[corners], normal)

@@ -49,6 +49,7 @@ from weavecore.linking.node_placement import CORNER_TURN
 from weavecore.linking.normal_equations import NormalEquations, Term
 from weavecore.model.lattice import Lattice
 from weavecore.model.surface import SurfaceMesh
+from weavecore.polling import poll
 
 FREE_ON_SURFACE = ("kagome", "diagonal")
 """Patterns without inner rings: their nodes go anywhere on the surface."""
@@ -305,6 +306,7 @@ class _Problem:
         return self._corners
 
     def terms(self, place: _Place) -> list[Term]:
+        poll()
         chords = chords_of(self.edges, place.nodes)
         bending = bending_term(
             self._joints,
@@ -323,6 +325,7 @@ class _Problem:
         ]
 
     def value(self, place: _Place) -> float:
+        poll()
         chords = chords_of(self.edges, place.nodes)
         bending = bending_cost(self._joints, place.normals, chords, rise=self._rise, admissible=self._admissible)
         return bending + sum(term.value for term in self._bounds(chords, place))
@@ -333,8 +336,10 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
     value, damping = problem.value(place), _FIRST_DAMPING
     equations = problem.equations
     for _ in range(_MOST_STEPS):
+        poll()
         hessian, gradient = equations.assemble(problem.terms(place), problem.sites.directions(place))
         for _try in range(_MOST_TRIES):
+            poll()
             step = equations.solve(hessian, damping / problem.mean**2, -gradient)
             promised = -float(gradient @ step + step @ (hessian @ step) / 2.0)
             after = _without_harm(problem, place, problem.sites.moved(place, step))

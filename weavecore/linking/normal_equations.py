@@ -19,6 +19,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.polling import each, poll
 
 _TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
 """Relative residual and iterations at which conjugate gradients stop: a rough step is enough, as more follow."""
@@ -100,12 +101,14 @@ class NormalEquations:
         gradient : (U,) float64
         """
         entries = np.zeros(self._n_entries + 1)
-        for term, nodes, slots in zip(terms, self._stencils, self._slots):
+        for term, nodes, slots in each(zip(terms, self._stencils, self._slots)):
             at = nodes[term.rows]
             # (rows, nodes, residuals, ways) to (rows, residuals, unknowns)
             slopes = np.matmul(term.blocks, directions[at]).transpose(0, 1, 3, 2)
             slopes = slopes.reshape(len(at), 2 * nodes.shape[1], term.blocks.shape[2])
+            poll()
             products = np.matmul(slopes, slopes.transpose(0, 2, 1))
+            poll()
             entries += np.bincount(slots[term.rows].ravel(), products.ravel(), self._n_entries + 1)
         n = int(self.first[-1])
         hessian = csr_matrix((entries[:-1], self._columns[:-1], self._offsets), shape=(n, n))

@@ -36,6 +36,7 @@ from weavecore.geometry.bisection import unique_edges
 from weavecore.linking.band_mesh import BandMesh, mesh_bands, split_edges_of
 from weavecore.linking.free_borders import FreeBorderNodes
 from weavecore.model.latitudes import Latitudes
+from weavecore.polling import poll
 
 STEINER_DEPTH = 0.7
 """Part of the edge length: a place deeper than this gets a Steiner vertex.  The centre of a regular hexagon is 0.87
@@ -109,6 +110,7 @@ def fill_bands(
     steiner = _wide_places(voronoi, edge_length)
     n_vain = 0
     for _ in range(_MOST_ROUNDS):
+        poll()
         if len(steiner) != voronoi.n_steiner:
             voronoi = VoronoiRegions(mesh, graph, steiner)
         site_node = np.concatenate([mesh.copy_node, n_nodes + np.arange(len(steiner))])

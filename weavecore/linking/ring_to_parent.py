@@ -39,6 +39,7 @@ from weavecore.linking.strip_triangulation import (
     unwrap_open,
 )
 from weavecore.model.latitudes import Latitudes
+from weavecore.polling import each
 
 _DIVISIONS = 8
 """Divisions of a child that are tried, turned by equal parts of an edge."""
@@ -146,7 +147,7 @@ class _Joiner:
         bands = latitudes.bands
         parent_band = np.full(len(latitudes), -1, np.int64)
         parent_band[bands.polyline[~bands.is_parent]] = rows_of(bands.offsets)[~bands.is_parent]
-        for p in range(len(latitudes)):
+        for p in each(range(len(latitudes))):
             if latitudes.generation[p] == 0:
                 stations = self._divide_origin(p)
             elif polylines.closed[p]:
@@ -228,7 +229,7 @@ class _Joiner:
         known = np.linspace(0.0, length, len(unwrapped))
         target = self._target_advances(parent, is_left)
         best, least, apexes = divisions[0], np.inf, None
-        for division in divisions:
+        for division in each(divisions):
             projections = np.interp(division.stations, known, unwrapped)
             projections[0], projections[-1] = 0.0, n - 1.0
             cost, found = triangulate_open_strip(

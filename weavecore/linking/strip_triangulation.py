@@ -42,6 +42,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.polling import poll
 
 _IRREGULAR_COST = 2.0
 """Of a node whose links differ by one from six edges, against 1 for an apex that lies one edge off its place."""
@@ -298,6 +299,7 @@ def _cheapest_walk(strip: _Strip) -> Optional[_Walk]:
     """The cheapest closed walk of all; None where there is none."""
     reach, found = _REACH, np.inf
     while True:
+        poll()
         found = min(found, _cost_from_nearest(strip, reach, found))
         if _is_certain(strip, reach, found) if np.isfinite(found) else reach >= strip.projections.shape[1]:
             return _cheapest_within(strip, reach, found)

@@ -34,6 +34,7 @@ from weavecore.linking.arc_length import points_at
 from weavecore.linking.flips import FaceOrientation
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.polylines import Polylines
+from weavecore.polling import poll
 
 _ROUNDS = 3
 """Gauss–Newton steps: the third moves nodes by less than a hundredth of an edge on the sample surfaces."""
@@ -103,6 +104,7 @@ def smooth_tangentially(lattice: Lattice, cusps: Mapping[int, Floats]) -> Lattic
     slide = np.zeros(int(slides.free.sum()))
     nodes = lattice.nodes.copy()
     for _ in range(_ROUNDS):
+        poll()
         step = _gauss_newton_step(lattice, slides, rods, nodes, slide)
         slide = np.clip(slide + step, -_MOST_SLIDE, _MOST_SLIDE)
         nodes[slides.free] = slides.points(slide * slides.edge[slides.free])
@@ -253,6 +255,7 @@ def _without_harm(lattice: Lattice, slides: _Slides, slide: Floats) -> Floats:
     variable = np.where(slides.free, np.cumsum(slides.free) - 1, -1)[corners]
     slide = slide.copy()
     while True:
+        poll()
         nodes = lattice.nodes.copy()
         nodes[slides.free] = slides.points(slide * slides.edge[slides.free])
         new_normal, new_angle = _corner_shapes(lattice, nodes)

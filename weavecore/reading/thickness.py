@@ -24,6 +24,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.model import Note, SurfaceMesh
 from weavecore.model.notes import at
+from weavecore.polling import each
 from weavecore.reading.pieces import with_faces
 from weavecore.reading.raw import counted
 
@@ -102,7 +103,7 @@ def measure_thickness(surface: SurfaceMesh, reach: float) -> Thickness:
     asked = np.arange(0, n, max(1, n // _ASKED))
     thickness = np.full(len(asked), np.inf)
     tree = cKDTree(points)
-    for start in range(0, len(asked), 500):  # bounds the memory of the candidates
+    for start in each(range(0, len(asked), 500)):  # bounds the memory of the candidates
         block = asked[start : start + 500]
         near = tree.query_ball_point(points[block], reach + apart)
         row = np.repeat(np.arange(len(block)), [len(one) for one in near])

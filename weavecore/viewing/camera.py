@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.polling import each
 
 _EYE_DISTANCE = 3.6
 """Distance of the eye in radii of what is seen: near enough for depth, far enough not to distort."""
@@ -142,7 +143,7 @@ def choose_view(vertices: Floats, faces: Ints, borders: Floats) -> Floats:
     points, normals = _spread_points(vertices, faces)
     openings = borders[np.linspace(0, len(borders) - 1, min(len(borders), _N_SAMPLES // 4)).astype(int)]
     directions, preference = _candidates()
-    scores = [_score(points, normals, openings, direction) for direction in directions]
+    scores = [_score(points, normals, openings, direction) for direction in each(directions)]
     best: Floats = directions[int(np.argmax(np.array(scores) * preference))]
     return best
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats
+from weavecore.polling import each
 from weavecore.viewing.camera import Camera, choose_view, look_at
 from weavecore.viewing.raster import DepthBuffer, SeenRods, draw_rods, draw_triangles, planes_over, see_rods
 from weavecore.viewing.scene import Pictured, Scene, scene_of
@@ -61,6 +62,10 @@ _LEAST_PIXELS, _MOST_PIXELS = 0.6, 4.5
 """Least and greatest radius of a rod in a picture 1600 pixels wide: visible, with room between rods."""
 
 Nearness = NDArray[np.float32]
+
+
+_ROWS_AT_ONCE = 100
+"""Rows that are compressed at once, between two polls."""
 
 
 def encode_picture(value: Pictured, *, size: tuple[int, int] = (1600, 1200), view: Optional[ArrayLike] = None) -> bytes:
@@ -214,7 +219,9 @@ def encode_png(pixels: NDArray[np.uint8]) -> bytes:
     above = np.concatenate([np.zeros_like(rows[:1]), rows[:-1]])
     filtered = np.concatenate([np.full((height, 1), _PNG_UP, np.uint8), rows - above], axis=1)
     header = struct.pack(">IIBBBBB", width, height, 8, _PNG_COLOUR_TYPES[n_channels], 0, 0, 0)
-    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), _PNG_COMPRESSION)), (b"IEND", b""))
+    packer = zlib.compressobj(_PNG_COMPRESSION)
+    parts = [packer.compress(part.tobytes()) for part in each(np.array_split(filtered, height // _ROWS_AT_ONCE + 1))]
+    chunks = ((b"IHDR", header), (b"IDAT", b"".join(parts) + packer.flush()), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, body) for kind, body in chunks)
 
 

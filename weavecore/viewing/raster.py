@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.polling import each
 from weavecore.viewing.camera import Camera
 
 Nearness = NDArray[np.float32]
@@ -72,7 +73,7 @@ class DepthBuffer:
 
     def seen(self) -> Iterator[tuple[Ints, Ints, Ints, Ints]]:
         """Sample, shape, column and row wherever a shape is visible, in chunks."""
-        for start in range(0, len(self.shape), _CHUNK):
+        for start in each(range(0, len(self.shape), _CHUNK)):
             at = np.flatnonzero(self.shape[start : start + _CHUNK] != NOTHING) + start
             row, column = np.divmod(at, self.width)
             yield at, self.shape[at].astype(np.int64), column, row
@@ -121,7 +122,7 @@ def draw_triangles(buffer: DepthBuffer, place: Floats, nearness: Floats) -> None
         Of the corners.
     """
     a, b, c = planes_over(place, nearness)
-    for triangle, column, row in _triangle_spans(place, buffer).samples():
+    for triangle, column, row in each(_triangle_spans(place, buffer).samples()):
         buffer.put(triangle, column, row, a[triangle] * (column + 0.5) + b[triangle] * (row + 0.5) + c[triangle])
 
 

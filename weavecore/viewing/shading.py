@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.polling import each, poll
 from weavecore.viewing.camera import Camera
 
 Colours = NDArray[np.float32]
@@ -168,7 +169,7 @@ def darkening(distance: Numbers, covered: Bools, scales: Iterable[tuple[float, f
         From 1 - `_DEEPEST_SHADE` to 1.
     """
     shade = np.zeros_like(distance)
-    for sigma, step_of_full_shade in scales:
+    for sigma, step_of_full_shade in each(scales):
         # A blur needs only a few pixels for each sigma.
         step = max(int(sigma / 2), 1)
         weight = gaussian_filter(covered[::step, ::step].astype(np.float32), sigma / step, truncate=_BLUR_REACH)
@@ -183,6 +184,7 @@ def darkening(distance: Numbers, covered: Bools, scales: Iterable[tuple[float, f
 def _enlarged(image: Numbers, step: int, shape: tuple[int, ...]) -> Numbers:
     """The image of every ``step``-th pixel, interpolated linearly to all pixels."""
     for axis in (0, 1):
+        poll()
         at = np.minimum(np.arange(shape[axis], dtype=np.float32) / step, image.shape[axis] - 1)
         low = np.minimum(at.astype(np.int64), image.shape[axis] - 2)
         part = np.expand_dims(at - low, 1 - axis)

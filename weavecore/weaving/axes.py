@@ -23,6 +23,7 @@ from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
 from weavecore.model.strands import Strands
+from weavecore.polling import each, poll
 from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
 
@@ -85,6 +86,7 @@ def lay_axes(
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
     points, rows, normals = _settle(lattice, strands, offsets, outward, outward, _NORMAL_ROUNDS)
     for _ in range(_SHIFT_ROUNDS):
+        poll()
         gaps = gaps_at_joints(points, rows, strands, joints, apart)
         wrong = np.abs(gaps / apart - 1.0) > _ENOUGH
         if not wrong.any():
@@ -101,7 +103,7 @@ def _settle(
 ) -> tuple[Floats, SplineRows, Floats]:
     """Points of the visits, the splines through them, and the normals that fit these."""
     nodes = strands.nodes
-    for last in range(rounds, -1, -1):
+    for last in each(range(rounds, -1, -1)):
         points = lattice.nodes[nodes] + offsets[:, None] * normals[nodes]
         rows = fit_splines(points, strands.offsets, strands.closed)
         if last:

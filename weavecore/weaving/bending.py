@@ -30,6 +30,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots
 from weavecore.geometry.splines import cubic_curvatures, cubic_points, fit_derivatives, span_ends
 from weavecore.model.bending import Bending, Material
 from weavecore.model.rod_axes import RodAxes
+from weavecore.polling import poll
 
 _SAMPLES_PER_SPAN = 8
 """Samples of each span, its first end included: with 16 the least radius of the samples' rods moves by under 0.5 %."""
@@ -154,6 +155,7 @@ def _largest_factors(axes: RodAxes, normals: Floats, places: _Samples, least_rad
 
     endless = passes(high)
     for _ in range(_BISECTIONS):
+        poll()
         middle = np.sqrt(low * high)
         good = passes(middle)
         low, high = np.where(good, middle, low), np.where(good, high, middle)

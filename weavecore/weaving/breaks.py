@@ -17,6 +17,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
+from weavecore.polling import each
 
 
 def find_breaks(strands: Strands, largest: Floats, diameters: Floats, *, fewest: int = FEWEST_JOINTS) -> Bools:
@@ -76,7 +77,7 @@ def break_strands(strands: Strands, breaks: Bools) -> Strands:
     nodes: list[Ints] = []
     family: list[int] = []
     closed: list[bool] = []
-    for s in range(len(strands)):
+    for s in each(range(len(strands))):
         path, at = strands.strand(s), np.flatnonzero(breaks[strands.offsets[s] : strands.offsets[s + 1]])
         is_closed = bool(strands.closed[s]) and len(at) == 0
         if strands.closed[s] and len(at):

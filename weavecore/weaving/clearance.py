@@ -19,6 +19,7 @@ from weavecore.geometry.splines import SplineRows, cubic_points, pieces_of, span
 from weavecore.model.joints import Clashes, Joints
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
+from weavecore.polling import each
 from weavecore.tolerances import CLASH
 from weavecore.weaving.clash_work import LARGEST_RUN, PIECES_PER_DIAMETER
 
@@ -62,7 +63,7 @@ def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
     pairs = cKDTree(middle).query_pairs(reach, output_type="ndarray").astype(np.int64)
     pairs = np.concatenate([pairs, np.repeat(np.arange(len(middle)), 2).reshape(-1, 2)])
     pairs = _near_pairs(cubics, chunks, pairs)
-    for size in _SIZES[1:]:
+    for size in each(_SIZES[1:]):
         chunks, pairs = _split(cubics, chunks, pairs, size)
         pairs = _near_pairs(cubics, chunks, pairs)
     one, other = pairs.T
@@ -192,8 +193,8 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
     visits = joints.visit[joints.contacts]
     one, other = (_stretches(points, rows, strands, v, REACH * apart) for v in visits.T)
     least = np.full(len(visits), np.inf)
-    for p in range(one.shape[1] - 1):
-        for q in range(other.shape[1] - 1):
+    for p in each(range(one.shape[1] - 1)):
+        for q in each(range(other.shape[1] - 1)):
             distance, _ = segment_distances(one[:, p], one[:, p + 1], other[:, q], other[:, q + 1])
             least = np.minimum(least, distance)
     return least

@@ -30,6 +30,7 @@ from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.geometry.spanning import spread_signs
 from weavecore.model.lattice import Lattice
 from weavecore.model.strands import Strands
+from weavecore.polling import each
 from weavecore.weaving.strands import SharedNodes, steps_along
 
 _MOST_ROUNDS = 50
@@ -132,7 +133,7 @@ def ties_to_break(lattice: Lattice, tie: Ints, product: Ints) -> Ints:
     one, other = _nearest_pairs(distance[:, frustrated])
     partner = match_best(one, other, distance[one, frustrated[other]], len(frustrated))
     times = np.zeros(len(tie), np.int64)
-    for a in np.flatnonzero(partner > np.arange(len(partner))).tolist():
+    for a in each(np.flatnonzero(partner > np.arange(len(partner))).tolist()):
         at, root = int(frustrated[partner[a]]), int(frustrated[a])
         while at != root:
             last = int(before[a, at])

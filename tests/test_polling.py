@@ -1,0 +1,86 @@
+"""Every stage asks often whether it is to go on: counted by the work that lies between two calls, not by the clock."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from weavecore import pipeline, polling
+from woven_rods import woven_sample
+
+MOST_CALLS = {
+    "offset": 30_000,
+    "link": 30_000,
+    "weave": 30_000,
+    "simulate": 60_000,
+    "fabricate": 120_000,
+    "json": 30_000,
+}
+"""Calls of functions, of Python and of C, between two polls; 100,000 take less than 0.3 s."""
+
+
+@cache
+def stages() -> dict[str, Callable[..., Any]]:
+    woven = woven_sample("narrow_neck", "triangular")
+    latitudes = woven.lattice.latitudes
+    return {
+        "offset": lambda _folder, **more: pipeline.offset(latitudes.surface, spacing=latitudes.spacing, **more),
+        "link": lambda _folder, **more: pipeline.link(latitudes, **more),
+        "weave": lambda _folder, **more: pipeline.weave(woven.lattice, **more),
+        "simulate": lambda _folder, **more: pipeline.simulate(woven, **more),
+        "fabricate": lambda folder, **more: pipeline.fabricate(woven, folder / "out", **more),
+        "json": lambda folder, **more: pipeline.export_together(woven, [folder / "w.json"], **more),
+    }
+
+
+class Cancelled(Exception):
+    pass
+
+
+@pytest.mark.parametrize("name", sorted(MOST_CALLS))
+def test_no_stage_works_long_between_two_polls(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(polling, "INTERVAL", 0.0)
+    for library in ("ezdxf.addons.iterdxf", "reportlab.pdfgen.canvas"):
+        import_module(library)  # Takes a second, once.
+    calls, longest = 0, 0
+
+    def count(_frame: object, event: str, _argument: object) -> None:
+        nonlocal calls
+        calls += event in ("call", "c_call")
+
+    def progress(_fraction: float, _label: str) -> None:
+        nonlocal calls, longest
+        longest, calls = max(longest, calls), 0
+
+    run = stages()[name]
+    sys.setprofile(count)
+    try:
+        run(tmp_path, progress=progress)
+    finally:
+        sys.setprofile(None)
+    assert max(longest, calls) < MOST_CALLS[name]
+
+
+@pytest.mark.parametrize("name", sorted(MOST_CALLS))
+def test_raising_in_a_poll_cancels_and_leaves_nothing(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(polling, "INTERVAL", 0.0)
+    seen: list[float] = []
+
+    def progress(fraction: float, _label: str) -> None:
+        seen.append(fraction)
+        if len(seen) > 4:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        stages()[name](tmp_path, progress=progress)
+    assert list(tmp_path.iterdir()) == []
+    polling.poll()  # The stage that has ended is not asked any more.
+    assert len(seen) == 5

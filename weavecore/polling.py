@@ -1,0 +1,89 @@
+"""Asking in long loops whether the work is to go on.
+
+A stage calls ``progress(fraction, label)`` at its own steps, and raising in it cancels.  Between two steps seconds may
+pass.  `pollable` keeps the callback for the time of a stage, and `poll`, called wherever a loop takes long, calls it
+again with what was told last, every `INTERVAL` at most.  So the work can be stopped between any two operations on
+arrays, and no function takes a callback that it does not report to itself.
+"""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
+from typing import Any, Callable, Optional, TypeVar, cast
+
+Progress = Callable[[float, str], None]
+Item = TypeVar("Item")
+Stage = TypeVar("Stage", bound=Callable[..., Any])
+
+INTERVAL = 0.1
+"""Seconds from one call to the next: a third of what a person takes for at once."""
+
+
+class _Listener:
+    """A callback, and what it was told last."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._fraction, self._label, self._called = 0.0, "", time.monotonic()
+
+    def tell(self, fraction: float, label: str) -> None:
+        self._fraction, self._label = fraction, label
+        self._progress(fraction, label)
+        self._called = time.monotonic()
+
+    def ask(self) -> None:
+        if time.monotonic() - self._called >= INTERVAL:
+            self.tell(self._fraction, self._label)
+
+
+_LISTENER: ContextVar[Optional[_Listener]] = ContextVar("weavecore_listener", default=None)
+
+
+def pollable(stage: Stage) -> Stage:
+    """Let `poll` call the ``progress`` of a stage while that runs.
+
+    Parameters
+    ----------
+    stage : callable
+        Takes ``progress``, by keyword: a callback or None.
+
+    Returns
+    -------
+    callable
+        The same, with the same parameters.
+    """
+
+    @functools.wraps(stage)
+    def run(*arguments: Any, progress: Optional[Progress] = None, **options: Any) -> Any:
+        if progress is None:
+            return stage(*arguments, **options)
+        listener = _Listener(progress)
+        token = _LISTENER.set(listener)
+        try:
+            return stage(*arguments, progress=listener.tell, **options)
+        finally:
+            _LISTENER.reset(token)
+
+    return cast("Stage", run)
+
+
+def poll() -> None:
+    """Call the callback of the stage that runs, where the last call is longer ago than `INTERVAL`."""
+    listener = _LISTENER.get()
+    if listener is not None:
+        listener.ask()
+
+
+def each(items: Iterable[Item]) -> Iterator[Item]:
+    """The items, with a `poll` before each.
+
+    Parameters
+    ----------
+    items : iterable
+    """
+    for item in items:
+        poll()
+        yield item
