@@ -22,7 +22,7 @@ MOST_CALLS = {
     "fabricate": 120_000,
     "json": 30_000,
 }
-"""Calls of functions, of Python and of C, between two polls; 100,000 take less than 0.3 s."""
+"""Calls of functions, of Python and of C, between two polls."""
 
 
 @cache

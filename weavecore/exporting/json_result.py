@@ -23,7 +23,7 @@ FORMAT, VERSION = "weavecore", 1
 """Keys ``format`` and ``version``; the version rises when a key changes its meaning."""
 
 _ITEMS_AT_ONCE = 200
-"""Items of a list that are written between two polls: strands of some hundred nodes take 10 ms."""
+"""Items of a list that are written between two polls."""
 
 _SCHEMA = "result.schema.json"
 

@@ -12,10 +12,10 @@ from weavecore.model import Weave
 from weavecore.texts import rough_count
 
 MOST_SAMPLES = 5_000_000
-"""Points along rods: each takes some 300 bytes, so these take 1.5 GB."""
+"""Points along rods, each of which takes some arrays of doubles: more would take gigabytes."""
 
 MOST_PIECES = 50_000
-"""Pieces of stock: each is a row of tables and a strip of the templates, and takes some milliseconds to place."""
+"""Pieces of stock: each is a row of tables and a strip of the templates."""
 
 
 def check_work(weave: Weave, *, scale: float, stock: float) -> None:

@@ -42,15 +42,15 @@ from weavecore.units import millimetres_in, with_unit
 Progress = Callable[[float, str], None]
 
 _SPRINGS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-7)
-"""Stiffness of the springs in ``EI / l^3`` of a median segment: the first hold any sample within a few diameters, the
-last are a hundredth of the softest flex of the samples, and keep a released weave from drifting."""
+"""Stiffness of the springs in ``EI / l^3`` of a median segment: the first hold a weave near
+its drawing, the last only keep a released weave from drifting."""
 
 _STEPS_EACH = 2
-"""Steps of the marks with each stiffness: further ones gain less than a tenth on the samples."""
+"""Steps of the marks with each stiffness; each costs a search."""
 
 _FIRST_DAMPING, _LEAST_DAMPING = 0.3, 0.1
-"""On the target's moves, against departures: 0.3 lets a target move about as far as it gains; with less than 0.1 rods
-get sharp bends."""
+"""On the target's moves, against departures: chosen on the hemisphere and the hourglass; smaller ones give rods sharper
+bends."""
 
 _LEFT = 5.0
 """The balance was left where the departure grows by this factor from one stiffness to the next."""
@@ -59,7 +59,7 @@ _MOST_SEARCH = 40
 """Factorisations of one search: one that takes longer has left the neighbourhood of the drawing."""
 
 _SOLVES = 40
-"""Iterations of LSMR at most: the damping makes further ones useless."""
+"""Iterations of LSMR at most."""
 
 _ENOUGH = 0.5
 """Of the limit: nearer than that the marks are not fitted further."""

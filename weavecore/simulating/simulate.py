@@ -37,7 +37,7 @@ SEGMENTS = 2
 """Between two joints: the fewest that let a rod bend between them."""
 
 _SHEARS = 10.0
-"""Degrees by which rods turn about their ties in a shear mechanism; samples that come to rest turn by less."""
+"""Degrees by which rods turn about their ties, from which on the error names a shear mechanism."""
 
 
 def simulate_weave(
