@@ -129,7 +129,16 @@ def keep_results() -> None:
 
         return call
 
-    names = ("read_surface", "offset", "link", "weave", "encode", "read_weave", "fabricate_weave", "describe")
+    names = (
+        "read_surface",
+        "offset",
+        "link",
+        "weave",
+        "encode",
+        "read_weave_or_equilibrium",
+        "fabricate_weave",
+        "describe",
+    )
     for name in names:
         setattr(pipeline, name, once(name, getattr(pipeline, name)))
 

@@ -106,7 +106,7 @@ def test_rods_too_thin_or_too_thick_to_be_compared_are_refused(diameter: float, 
 
 def test_rods_that_take_too_many_points_or_pieces_of_stock_are_not_fabricated(tmp_path: Path) -> None:
     woven = pipeline.weave(tube_lattice())
-    thin = replace(woven, rod_diameter=1e-9)
+    thin = replace(woven, diameters=np.full(len(woven), 1e-9))
     with pytest.raises(TooMuchWork, match=r"measured at about 85,\d\d\d,\d\d\d,\d\d\d points"):
         pipeline.fabricate(thin, tmp_path / "thin")
     with pytest.raises(TooMuchWork, match="pieces of stock of 1 mm"):

@@ -48,6 +48,8 @@ def test_an_output_that_is_full_is_named(folder: Path, arguments: str) -> None:
 def test_a_signal_ends_it_with_one_line(folder: Path, signal: str, status: int, said: str) -> None:
     code = (
         "import os, signal, sys; from weavecore import cli, pipeline\n"
+        # A shell starts what it runs in the background with SIGINT ignored.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"pipeline.read_surface = lambda *_a, **_o: os.kill(os.getpid(), signal.SIG{signal})\n"
         "cli.main(['mesh', 'tube.obj', '-o', 'm.off'])"
     )

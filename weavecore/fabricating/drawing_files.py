@@ -16,6 +16,7 @@ from xml.sax.saxutils import escape
 
 from weavecore.errors import Unsupported
 from weavecore.fabricating.drawing import LEFT, MIDDLE, RIGHT, Drawing, DrawnLine, DrawnPath, DrawnText
+from weavecore.polling import each
 
 _MILLIMETRES = 4
 """$INSUNITS of DXF."""
@@ -89,7 +90,7 @@ def encode_dxf(drawing: Drawing, statement: str) -> bytes:
 def _dxf_entities(drawing: Drawing, handle: int, owner: str) -> Iterator[str]:
     """The group codes of every entity, handles counting up."""
     left, low = drawing.origin
-    for one in drawing.lines:
+    for one in each(drawing.lines):
         style = "6\nDASHED\n" if one.is_dashed else ""
         yield (
             f"0\nLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{one.layer}\n{style}370\n{_weight(one.width)}\n"
@@ -97,14 +98,14 @@ def _dxf_entities(drawing: Drawing, handle: int, owner: str) -> Iterator[str]:
             f"11\n{one.x2 - left:.4f}\n21\n{one.y2 - low:.4f}\n31\n0.0\n"
         )
         handle += 1
-    for path in drawing.paths:
+    for path in each(drawing.paths):
         points = "".join(f"10\n{x - left:.4f}\n20\n{y - low:.4f}\n" for x, y in path.points.tolist())
         yield (
             f"0\nLWPOLYLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{path.layer}\n370\n{_weight(path.width)}\n"
             f"100\nAcDbPolyline\n90\n{len(path.points)}\n70\n0\n{points}"
         )
         handle += 1
-    for text in drawing.texts:
+    for text in each(drawing.texts):
         turn, x, y = 90.0 if text.is_turned else 0.0, f"{text.x - left:.4f}", f"{text.y - low:.4f}"
         align = _ALIGNMENTS[text.anchor]
         second = f"72\n{align}\n11\n{x}\n21\n{y}\n31\n0.0\n" if align else ""
@@ -177,7 +178,7 @@ def encode_svg(drawing: Drawing, statement: str) -> bytes:
 def _by(items: Iterable[Any], key: Callable[[Any], Any]) -> Mapping[Any, list[Any]]:
     """The items of each key, in their order."""
     found: dict[Any, list[Any]] = {}
-    for one in items:
+    for one in each(items):
         found.setdefault(key(one), []).append(one)
     return found
 
@@ -228,7 +229,7 @@ def encode_pdf(pages: Iterable[Drawing], title: str, statement: str) -> bytes:
     stream = io.BytesIO()
     with _as_binary():
         canvas = _new_canvas(stream, title, statement)
-        for page in pages:
+        for page in each(pages):
             _draw_page(canvas, page)
         canvas.save()
     return stream.getvalue()
@@ -269,10 +270,10 @@ def _draw_page(canvas: Any, page: Drawing) -> None:
         _set_stroke(canvas, page, layer, width, is_dashed)
         segments = [f"{x1:.3f} {y1:.3f} m {x2:.3f} {y2:.3f} l" for x1, y1, x2, y2, *_ in lines]
         canvas.addLiteral("\n".join([*segments, "S"]))
-    for (layer, width), paths in _by(page.paths, lambda one: one[1:]).items():
+    for (layer, width), paths in each(_by(page.paths, lambda one: one[1:]).items()):
         _set_stroke(canvas, page, layer, width, False)
         canvas.addLiteral("\n".join([*(_pdf_path(one) for one in paths), "S"]))
-    for (layer, bold, height), texts in _by(page.texts, lambda one: (one.layer, one.bold, one.height)).items():
+    for (layer, bold, height), texts in each(_by(page.texts, lambda one: (one.layer, one.bold, one.height)).items()):
         font, size = "Helvetica-Bold" if bold else "Helvetica", height * _HEIGHT_TO_SIZE
         canvas.setFillColorRGB(*(part / 255 for part in page.layers[layer]))
         canvas.setFont(font, size)

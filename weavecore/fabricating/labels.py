@@ -21,6 +21,7 @@ from weavecore.fabricating.nesting import Bar
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.steps import Step
 from weavecore.fabricating.templates import TemplateStrip
+from weavecore.polling import each
 
 LABELS, CUT = "LABELS", "CUT"
 LAYERS = {LABELS: (0, 0, 0), CUT: (170, 170, 170)}
@@ -70,7 +71,7 @@ def draw_labels(
         for is_start in (True, False)
     ]
     per_page = _ACROSS * _DOWN
-    for first in range(0, max(len(texts), 1), per_page):
+    for first in each(range(0, max(len(texts), 1), per_page)):
         page = Drawing(LAYERS, *_PAGE)
         for k, lines in enumerate(texts[first : first + per_page]):
             row, column = divmod(k, _ACROSS)

@@ -25,6 +25,7 @@ from weavecore.fabricating.marks import OVER, UNDER, Mark
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece, Splice
 from weavecore.fabricating.workshop import PAPERS
+from weavecore.polling import each
 
 ROD, TICKS, LABELS, NAMES, SPLICES, SCALE = "ROD", "TICKS", "LABELS", "NAMES", "SPLICES", "SCALE"
 LAYERS = {
@@ -125,7 +126,7 @@ def draw_roll(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str) ->
     drawing = Drawing(LAYERS, longest + 2 * (_NAME_WIDTH + _MARGIN), ROW * len(strips) + 2 * _FOOT + _MARGIN)
     x, top = _NAME_WIDTH + _MARGIN, drawing.height - 2 * _FOOT - _MARGIN / 2
     drawing.origin = (x, top)
-    for k, strip in enumerate(strips):
+    for k, strip in each(enumerate(strips)):
         _draw_strip(drawing, plan, strip, x, top - ROW * (k + 0.5))
     _draw_scale(drawing, x, top + _FOOT, statement)
     return drawing
@@ -153,7 +154,7 @@ def draw_pages(plan: RodPlan, strips: Sequence[TemplateStrip], statement: str, p
     count = max(1, -(-len(rows) // per_page))
     for number in range(count):
         drawing = Drawing(LAYERS, width, height)
-        for k, row in enumerate(rows[number * per_page : (number + 1) * per_page]):
+        for k, row in each(enumerate(rows[number * per_page : (number + 1) * per_page])):
             for x, section in row:
                 _draw_strip(drawing, plan, section, _MARGIN + x, height - _MARGIN - ROW * (k + 0.5))
         _draw_scale(drawing, _NAME_WIDTH + _MARGIN, _MARGIN + 3.0, statement)
@@ -167,7 +168,7 @@ def _fill_rows(strips: Sequence[TemplateStrip], width: float) -> list[list[tuple
     longest = (width - 2 * _NAME_WIDTH) // _SECTION_STEP * _SECTION_STEP
     rows: list[list[tuple[float, TemplateStrip]]] = []
     reached = width
-    for strip in strips:
+    for strip in each(strips):
         for section in sections_of(strip, longest):
             need = section.high - section.low + 2 * _NAME_WIDTH
             if reached + need > width:

@@ -26,6 +26,7 @@ from weavecore.fabricating.workshop import PAPERS
 from weavecore.geometry.arrays import Floats
 from weavecore.geometry.splines import CurveSamples, points_at_stations
 from weavecore.model import FAMILIES
+from weavecore.polling import each
 
 SET, BORDERS, TEXTS = "SET", "BORDERS", "TEXTS"
 _FAMILY_COLOURS = ((40, 96, 200), (0, 0, 0), (0, 120, 60))
@@ -123,7 +124,7 @@ def draw_sheets(views: Views, steps: Sequence[Step], ties: Ties, statement: str)
     yield _draw_views(views, [("front", (0, 2)), ("side", (1, 2))], statement, named=False)
     per_sheet = _ACROSS * _DOWN
     borders = _borders(views)
-    for first in range(0, len(steps), per_sheet):
+    for first in each(range(0, len(steps), per_sheet)):
         yield _draw_steps(views, borders, steps[first : first + per_sheet], ties, statement)
 
 
@@ -150,7 +151,7 @@ def _draw_views(
         drawn = (points[:, axes] - low) / views.scale + corner
         if len(projections) > 1:
             sheet.text(_MARGIN, float(corner[1] + size[1]), name, TEXT_HEIGHT, TEXTS)
-        for rod, (a, b) in enumerate(zip(views.samples.offsets.tolist(), views.samples.offsets[1:].tolist())):
+        for rod, (a, b) in each(enumerate(zip(views.samples.offsets.tolist(), views.samples.offsets[1:].tolist()))):
             family = FAMILIES[plan.weave.strands.family[rod]]
             sheet.path(drawn[a:b], f"RODS-{family.upper()}")
         if named:
@@ -192,7 +193,7 @@ def _draw_steps(views: Views, borders: Sequence[Floats], steps: Sequence[Step], 
     height = (sheet.height - 2 * _MARGIN - _TITLE) / _DOWN
     above = (_TITLE_LINES + 1) * LINE_STEP
     scale = max(size[0] / (0.92 * width), size[1] / (height - above - LINE_STEP), np.finfo(float).tiny)
-    for k, step in enumerate(steps):
+    for k, step in each(enumerate(steps)):
         row, column = divmod(k, _ACROSS)
         x, top = _MARGIN + column * width, sheet.height - _MARGIN - _TITLE - row * height
         corner = np.array([x, top - height + LINE_STEP])
@@ -239,7 +240,7 @@ def stack_sheets(sheets: Iterable[Drawing], scale: float = 1.0) -> Drawing:
     total = sum(page.height + _GAP for page in pages) - _GAP
     found = Drawing(LAYERS, max(page.width for page in pages) * scale, total * scale)
     top = total
-    for page in pages:
+    for page in each(pages):
         shift = np.array([0.0, top - page.height])
         for path in page.paths:
             found.paths.append(path._replace(points=(path.points + shift) * scale))

@@ -28,8 +28,8 @@ _HEAD_ON = -0.5
 changes along the line where they meet, and no spacing is in phase with it."""
 
 _BEYOND = (0.25, 0.46, 0.56, 0.8)
-"""Parts of a spacing beyond the last latitude between which fronts meet in phase, wholly between the middle two.  Chosen
-on tubes (Ø 600, triangular): nearly all of them, not those of every height, have no rod end inside between these."""
+"""Parts of a spacing beyond the last latitude between which fronts meet in phase, wholly between the middle two.
+Chosen on tubes (Ø 600, triangular), of which most, but not those of every height, have no rod end inside there."""
 
 _FEWEST_SPACINGS = 8.0
 """Length in spacings of the line where fronts meet, from which on it matters: a pole has one of less than 2."""
