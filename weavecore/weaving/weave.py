@@ -42,7 +42,7 @@ _FEWEST_OF_ALL = 2
 """Joints of a piece at least, in the last round: a rod too sharply bent is broken even where that gives short rods, for
 one that snaps is worse."""
 
-_MOST_SHARP = 0.1
+_MOST_SHARP = 0.5
 """Share of the joints at which the thinnest rods of the stock may be too sharply bent to be broken there.  Beyond it,
 broken rods would be pieces of a few joints each, and hold nothing: they stay whole, and exceed the allowable stress."""
 
