@@ -81,7 +81,6 @@ def _add_springs(builder: RhinoFileBuilder, weave: Weave, springs: Springs, metr
     layer = builder.layer("handover::springs", LONGITUDES)
     material = weave.material
     common = {
-        "karamba_Diameter_cm": 100.0 * metres * weave.rod_diameter,
         "karamba_E_kN_per_cm2": _GPA_TO_KN_PER_CM2 * material.modulus,
         "karamba_gamma_kN_per_m3": _GRAVITY * material.density,
     }
@@ -93,6 +92,7 @@ def _add_springs(builder: RhinoFileBuilder, weave: Weave, springs: Springs, metr
             "kangaroo_Length": length,
             "kangaroo_Strength": stiffness,
             "karamba_Id": weave.ids[rod],
+            "karamba_Diameter_cm": 100.0 * metres * float(weave.diameters[rod]),
             **common,
         }
         ends = np.stack([springs.starts[k], springs.ends[k]])

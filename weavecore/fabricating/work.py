@@ -34,11 +34,11 @@ def check_work(weave: Weave, *, scale: float, stock: float) -> None:
     TooMuchWork
     """
     length = float(weave.axes.lengths.sum())
-    samples = length / (STEP_IN_DIAMETERS * weave.rod_diameter)
+    samples = float((weave.axes.lengths / weave.diameters).sum()) / STEP_IN_DIAMETERS
     if samples > MOST_SAMPLES:
         least = length / (STEP_IN_DIAMETERS * MOST_SAMPLES)
         raise TooMuchWork(
-            f"Rods of diameter {weave.rod_diameter:.4g} and {length:.4g} long in all would be measured at about "
+            f"Rods of diameter {weave.diameters.min():.4g} and {length:.4g} long in all would be measured at about "
             f"{rough_count(samples)} points, more than {MOST_SAMPLES:,}",
             remedy=f"Weave with a diameter of at least {least:.3g}, or check the unit.",
         )
