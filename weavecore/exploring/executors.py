@@ -206,6 +206,7 @@ def _connect(address: str) -> Any:
         remedy = 'Install it: python -m pip install "weavecore[cluster]".'
         raise Unsupported("A cluster needs dask.distributed, which is not installed", remedy=remedy) from error
     try:
+        # The class has types in part, where it is installed at all.
         client: Any = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)  # type: ignore[no-untyped-call]
         client.wait_for_workers(1, timeout=_CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError, asyncio.TimeoutError) as error:

@@ -239,7 +239,8 @@ def encode_pdf(pages: Iterable[Drawing], title: str, statement: str) -> bytes:
 def _as_binary() -> Iterator[None]:
     """Leave out the coding of pages as ASCII, which takes longer than all the rest."""
     config = import_module("reportlab.rl_config")
-    before = config.useA85  # type: ignore[attr-defined]  # mypy knows the module only where it is installed.
+    # mypy knows the module only where it is installed.
+    before = config.useA85  # type: ignore[attr-defined]
     config.useA85 = 0  # type: ignore[attr-defined]
     try:
         yield
