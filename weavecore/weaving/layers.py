@@ -4,7 +4,7 @@ Each style gives every visit of a rod to a node a *height*; the rods of a joint 
 style cannot be kept, the step along the rod is a conflict.
 
 - stacked: a height for each rod, by its lean, so that rods stay in their layer;
-- plain: over and under in turn (`plain`);
+- plain: over and under in turn (`plain`, and `annealing` where that leaves conflicts);
 - twill: over m, under n, shifted by one from rod to rod (`twill`).
 """
 
@@ -20,6 +20,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.strands import Strands
+from weavecore.weaving.annealing import Steps, anneal_sides
 from weavecore.weaving.plain import alternate
 from weavecore.weaving.strands import SharedNodes, find_shared_nodes, steps_along
 from weavecore.weaving.twill import twill
@@ -28,6 +29,8 @@ STACKED, PLAIN, TWILL = "stacked", "plain", "twill"
 """Names of the styles."""
 
 _TWILL = re.compile(r"twill(?: (\d)/(\d))?")
+
+_JOINTS_OF_STRUT = 2
 
 USUAL = {"triangular": STACKED, "twill": "twill 2/2"}
 """Style of the patterns whose style is not plain."""
@@ -78,7 +81,7 @@ def order_rods(lattice: Lattice, strands: Strands, lean: Ints, style: Style) -> 
     if style.name == PLAIN:
         both = alternate(lattice, strands, shared_nodes)
         orders = [_ordered(strands, shared_nodes, height, changes=True) for height in both]
-        return min(orders, key=lambda order: len(order.conflicts))
+        return _with_fewer_conflicts(min(orders, key=lambda order: len(order.conflicts)), strands, shared_nodes)
     height, is_broken = twill(lattice, strands, shared_nodes, style.over, style.under)
     return Order(_order_joints(strands, shared_nodes, height), _find_conflicts(strands, is_broken))
 
@@ -91,6 +94,19 @@ def _stacked_heights(strands: Strands, lean: Ints) -> Floats:
 def _ordered(strands: Strands, shared_nodes: SharedNodes, height: Floats, *, changes: bool) -> Order:
     joints = _order_joints(strands, shared_nodes, height)
     return Order(joints, _find_conflicts(strands, _broken_steps(joints, strands, changes=changes)))
+
+
+def _with_fewer_conflicts(order: Order, strands: Strands, shared_nodes: SharedNodes) -> Order:
+    """The order of a plain weave with conflicts moved to where they meet and vanish, as far as they do."""
+    # Where most rods are struts between two joints, as in the hexagonal pattern, they do not weave.
+    if len(order.conflicts) == 0 or np.median(np.diff(strands.offsets)) <= _JOINTS_OF_STRUT:
+        return order
+    before, after = steps_along(strands)
+    joint = shared_nodes.joint_of_visit
+    between = (joint[before] >= 0) & (joint[after] >= 0) & (joint[before] != joint[after])
+    steps = Steps(shared_nodes.offsets, shared_nodes.visit, before[between], after[between])
+    side = anneal_sides(steps, _sides(order.joints, len(strands.nodes)))
+    return _ordered(strands, shared_nodes, side.astype(np.float64), changes=True)
 
 
 def _order_joints(strands: Strands, shared_nodes: SharedNodes, height: Floats) -> Joints:
