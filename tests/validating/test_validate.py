@@ -583,7 +583,7 @@ def _(strands: Strands) -> Strands:
 
 @breaks("strands", "strands_of_mixed_families")
 def _(strands: Strands) -> Strands:
-    return replace(strands, family=changed(strands.family, 0, LONGITUDINAL))
+    return replace(strands, family=changed(strands.family, 0, LONGITUDINAL))  # a ring
 
 
 # ---- what the tests above are run on

@@ -15,7 +15,7 @@ WEAVES = [("tube", pattern) for pattern in ("triangular", "quad", "kagome", "dia
     ("closed_body", "plain"),
 ]
 
-MOST_OFF = {("tube", "hexagonal"): 0.08, ("closed_body", "plain"): 0.16}
+MOST_OFF = {("tube", "hexagonal"): 0.1, ("closed_body", "plain"): 0.16}
 """Where many rods end at a node they lie on one another there at sharp angles."""
 
 

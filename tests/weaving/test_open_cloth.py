@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
 from open_cloth import CLOTHS, EDGE, ROWS, SPACING, cloth_latitudes, woven_cloth
-from weavecore.model import LATITUDINAL, LONGITUDINAL, first_generations
+from weavecore.model import LATITUDINAL, LONGITUDINAL, Lattice, Strands, first_generations
 from weavecore.validating.check_lattices import free_border_edges
 from weavecore.weaving.naming import find_lean
 from weavecore.weaving.sequence import find_sequence
@@ -15,22 +17,34 @@ from weavecore.weaving.strands import find_strands
 WITH_LATITUDES = ("triangular", "plain")
 
 
+def stretches_along_latitudes(lattice: Lattice, strands: Strands) -> Iterator[tuple[np.ndarray, bool]]:
+    """The nodes of every stretch of a rod along a latitude, and whether it is closed."""
+    family = lattice.edge_family[np.lexsort(lattice.edges.T[::-1])].tolist()
+    kind = dict(zip(sorted(map(tuple, lattice.edges.tolist())), family))
+    for s in range(len(strands)):
+        nodes = strands.strand(s).tolist()
+        along = [kind[min(pair), max(pair)] == LATITUDINAL for pair in zip(nodes, nodes[1:])]
+        cuts = [0, *np.flatnonzero(np.diff(along)) + 1, len(along)]
+        for start, stop in zip(cuts, cuts[1:]):
+            if along[start]:
+                yield np.array(nodes[start : stop + 1]), bool(strands.closed[s])
+
+
 @pytest.mark.parametrize("name", CLOTHS)
 @pytest.mark.parametrize("pattern", WITH_LATITUDES)
 def test_every_latitude_is_one_rod_broken_only_where_it_turns_by_more_than_45_degrees(name: str, pattern: str) -> None:
     lattice, latitudes = woven_cloth(name, pattern).lattice, cloth_latitudes(name)
     strands = find_strands(lattice)
     n_edges = np.zeros(len(latitudes), int)
-    for s in np.flatnonzero(strands.family == LATITUDINAL).tolist():
-        nodes = strands.strand(s)
+    for nodes, is_closed in stretches_along_latitudes(lattice, strands):
         on = set(lattice.node_latitude[nodes].tolist())
         assert len(on) == 1
         p = on.pop()
-        n_edges[p] += len(nodes) - 1 + strands.closed[s]
+        n_edges[p] += len(nodes) - 1 + is_closed
         around = np.flatnonzero(lattice.node_latitude == p)
         around = around[np.argsort(lattice.node_station[around])]
         closed = bool(latitudes.polylines.closed[p])
-        for end in (nodes[0], nodes[-1]) if not strands.closed[s] else ():
+        for end in () if is_closed else (nodes[0], nodes[-1]):
             k = int(np.flatnonzero(around == end)[0])
             if closed or 0 < k < len(around) - 1:
                 before, here, after = lattice.nodes[around[[k - 1, k, (k + 1) % len(around)]]]

@@ -20,10 +20,17 @@ def joint_of_a_long_and_a_short_rod(n: int) -> tuple[np.ndarray, np.ndarray, int
     return partner, tail, behind, ahead, short
 
 
+def paired_anew(partner, tail, behind, ahead, short, last_resort=()) -> np.ndarray:
+    """Partners after the short rod was offered both ways, ahead with the lesser turn."""
+    pairs = [(short, behind), (short, ahead), (behind, ahead)]
+    one, other = np.array(pairs).T
+    last = np.array([pair == last_resort for pair in pairs])
+    return lengthen_short_rods(partner, tail, one, other, np.array([0.5, 0.3, 0.0]), last)
+
+
 def test_a_short_rod_takes_over_the_way_of_a_long_one() -> None:
     partner, tail, behind, ahead, short = joint_of_a_long_and_a_short_rod(5)
-    one, other, turn = np.array([short, short]), np.array([behind, ahead]), np.array([0.5, 0.3])
-    found = lengthen_short_rods(partner, tail, one, other, turn)
+    found = paired_anew(partner, tail, behind, ahead, short)
     assert found[short] == ahead
     assert found[ahead] == short
     assert found[behind] == ALONE
@@ -31,5 +38,14 @@ def test_a_short_rod_takes_over_the_way_of_a_long_one() -> None:
 
 def test_a_rod_does_not_become_short_for_another() -> None:
     partner, tail, behind, ahead, short = joint_of_a_long_and_a_short_rod(2)
-    one, other, turn = np.array([short, short]), np.array([behind, ahead]), np.array([0.5, 0.3])
-    assert (lengthen_short_rods(partner, tail, one, other, turn) == partner).all()
+    assert (paired_anew(partner, tail, behind, ahead, short) == partner).all()
+
+
+def test_a_pair_of_last_resort_is_made_where_no_other_makes_a_short_rod_long() -> None:
+    partner, tail, behind, ahead, short = joint_of_a_long_and_a_short_rod(5)
+    found = paired_anew(partner, tail, behind, ahead, short, last_resort=(short, ahead))
+    assert found[short] == behind
+    partner, tail, behind, ahead, short = joint_of_a_long_and_a_short_rod(5)
+    pairs = np.array([[short, ahead], [behind, ahead]]).T
+    found = lengthen_short_rods(partner, tail, *pairs, np.array([0.3, 0.0]), np.array([True, False]))
+    assert found[short] == ahead

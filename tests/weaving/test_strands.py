@@ -22,7 +22,7 @@ def edges_of(strands, s):
 
 @pytest.mark.parametrize("pattern", ["triangular", "quad"])
 @pytest.mark.parametrize(("make", "spacing"), [(hemisphere, 0.12), (dumbbell, 0.17), (pair_of_pants, 0.2)])
-def test_every_edge_lies_in_one_strand_and_rings_keep_to_themselves(make, spacing, pattern):
+def test_every_edge_lies_in_one_strand_and_those_of_several_families_are_longitudinal(make, spacing, pattern):
     lattice = linked(make(), spacing, pattern=pattern)
     strands = find_strands(lattice)
     family = dict(zip(map(tuple, lattice.edges.tolist()), lattice.edge_family.tolist()))
@@ -31,8 +31,7 @@ def test_every_edge_lies_in_one_strand_and_rings_keep_to_themselves(make, spacin
         pairs = edges_of(strands, s)
         used.update(pairs)
         own, found = strands.family[s], {family[pair] for pair in pairs}
-        assert found <= {LONGITUDINAL, POCKET} if own == LONGITUDINAL else found == {own}
-        assert own in found
+        assert found == {own} or (own == LONGITUDINAL and len(found) > 1)
     assert used == Counter(family.keys())
 
 

@@ -1,8 +1,15 @@
-"""Pairs of edges at a node that one rod follows.
+r"""Pairs of edges at a node that one rod follows.
 
 A *dart* is an edge with a direction: dart ``2 * e`` leaves the first node of edge ``e``, dart ``2 * e + 1`` its second.
 At each node the darts are paired so that rods bend least: two rods that cross at a node of four edges each go straight
-across; elsewhere the least bend goes first.  Rings keep to themselves.  No rod turns by more than `MOST_TURN`.
+across; elsewhere the least bend goes first.  No rod turns by more than `MOST_TURN`.  A ring keeps to itself; where one
+turns by more and is broken, its ends may run on along links, but only for the sake of a rod that would be short::
+
+        ring \   / ring
+              \ /
+               X            two short rods from the border below go straight on along the two ends of the ring
+              / \
+       short /   \ short
 
 Complexity O(E log E).
 """
@@ -12,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints
-from weavecore.geometry.matching import match_greedily, pairs_of_equals
+from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.rod_ends import lengthen_short_rods
@@ -38,19 +45,23 @@ def pair_darts(lattice: Lattice) -> Ints:
     away = lattice.nodes[lattice.edges[:, ::-1].ravel()] - lattice.nodes[tail]
     away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
     family = np.repeat(lattice.edge_family, 2)
-    # A longitude may go on through a pocket, where nothing of its own kind goes on.
-    one, other = pairs_of_equals(tail * 2 + (family == LATITUDINAL))
+    is_ring = family == LATITUDINAL
+    one, other = pairs_of_equals(tail)
     bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
     straight, on_border = _darts_straight_on(lattice)
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.
     allowed = (bend <= MOST_TURN) & (is_straight | ~on_border[tail[one]])
+    # A longitude may go on through a pocket, where nothing of its own kind goes on.
+    alike = allowed & (is_ring[one] == is_ring[other])
     # Straight pairs come first, then pairs of one family, then the least bend.
     cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
-    partner = match_greedily(one[allowed], other[allowed], cost[allowed], len(tail))
-    # Pairs at crossings stay: only edges that may go on to several others are exchanged.
-    is_choice = allowed & (family[one] != LATITUDINAL) & (straight[one] == NONE) & (straight[other] == NONE)
-    return lengthen_short_rods(partner, tail, one[is_choice], other[is_choice], bend[is_choice])
+    partner = match_greedily(one[alike], other[alike], cost[alike], len(tail))
+    # Pairs at crossings and along rings stay; edges that may go on to several others are exchanged.
+    is_free = np.where(is_ring, partner == ALONE, straight == NONE)
+    is_choice = allowed & is_free[one] & is_free[other]
+    one, other, bend = one[is_choice], other[is_choice], bend[is_choice]
+    return lengthen_short_rods(partner, tail, one, other, bend, is_ring[one] != is_ring[other])
 
 
 def _darts_straight_on(lattice: Lattice) -> tuple[Ints, Bools]:

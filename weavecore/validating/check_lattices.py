@@ -79,10 +79,13 @@ def check_strands(strands: Strands, lattice: Lattice) -> Iterator[Finding]:
     edge, strand = edge[known], owner[step[known]]
     times = np.bincount(edge, minlength=lattice.n_edges)
     yield count("edges_not_in_one_strand", np.flatnonzero(times != 1), "edge")
-    # A longitude may go on through a pocket; a ring keeps to itself.
+    # A longitude may go on through a pocket, or along a ring that is broken there; no other rod has edges of two kinds.
     family = lattice.edge_family[edge]
-    mixed = (family < strands.family[strand]) | ((strands.family[strand] == LATITUDINAL) & (family != LATITUDINAL))
-    yield count("strands_of_mixed_families", strand[mixed], "strand")
+    least, most = np.full(len(strands), len(FAMILIES)), np.full(len(strands), -1)
+    np.minimum.at(least, strand, family)
+    np.maximum.at(most, strand, family)
+    mixed = strands.family != np.where(least == most, least, LONGITUDINAL)
+    yield count("strands_of_mixed_families", np.flatnonzero(mixed), "strand")
 
 
 def _check_faces(lattice: Lattice) -> Iterator[Finding]:

@@ -74,7 +74,8 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
 
     Forward is the way in which the latitude runs, the unexplored side on its left.  Both
     ways of going along a strand agree on that, and so do two fronts that meet.  A rod along a free border leans
-    neither way: it holds the ends of those that lean forward and of those that lean back.
+    neither way: it holds the ends of those that lean forward and of those that lean back.  Nor does a rod that follows
+    a ring for most of its way.
 
     Parameters
     ----------
@@ -94,13 +95,15 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     mean = ahead[a] + ahead[b]
     size = np.linalg.norm(step, axis=1) * np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)
     slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
-    total = np.bincount(rows_of(strands.offsets)[before], slant, minlength=len(strands))
-    steps = np.bincount(rows_of(strands.offsets)[before], minlength=len(strands))
+    owner = rows_of(strands.offsets)[before]
+    total = np.bincount(owner, slant, minlength=len(strands))
+    steps = np.bincount(owner, minlength=len(strands))
     lean: Ints = np.sign(np.where(np.abs(total) > _LEAST_SLANT * steps, total, 0.0)).astype(np.int64)
+    edge = edges_between(lattice.edges, a, b)
+    lean[2 * np.bincount(owner, lattice.edge_family[edge] == LATITUDINAL, minlength=len(strands)) > steps] = 0
     if lattice.latitudes.surface.is_free_border.any():
         inside = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes).n_faces > 1
-        owner = rows_of(strands.offsets)[before]
-        crosses = np.bincount(owner, inside[edges_between(lattice.edges, a, b)], minlength=len(strands)) > 0
+        crosses = np.bincount(owner, inside[edge], minlength=len(strands)) > 0
         lean[~crosses] = 0
     return lean
 

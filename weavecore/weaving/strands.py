@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.matching import ALONE
-from weavecore.model.lattice import POCKET, Lattice
+from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.rod_pairing import pair_darts
 from weavecore.model.strands import Strands
 
@@ -60,15 +60,30 @@ def find_strands(lattice: Lattice) -> Strands:
     is_open[chain[heads]] = True
     start[chain[heads]] = heads
     chains = np.unique(chain[kept])
-    families = np.full(count, POCKET)
-    np.minimum.at(families, chain, lattice.edge_family[dart // 2])
-    family = families[chains]
-    chains = chains[np.lexsort((least[chains], family))]
-    return _write(lattice, follower, before, chain, chains, start, is_open)
+    family = _families(lattice.edge_family[dart // 2], chain, count)[chains]
+    order = np.lexsort((least[chains], family))
+    chains, family = chains[order], family[order]
+    return _write(lattice, follower, before, chain, chains, family, start, is_open)
+
+
+def _families(family: Ints, chain: Ints, count: int) -> Ints:
+    """Family (count,) of each chain of darts: that of all of its edges, or longitudinal if there is more than one."""
+    least, most = np.full(count, POCKET), np.full(count, LATITUDINAL)
+    np.minimum.at(least, chain, family)
+    np.maximum.at(most, chain, family)
+    families: Ints = np.where(least == most, least, LONGITUDINAL)
+    return families
 
 
 def _write(
-    lattice: Lattice, follower: Ints, before: Ints, chain: Ints, chains: Ints, start: Ints, is_open: Bools
+    lattice: Lattice,
+    follower: Ints,
+    before: Ints,
+    chain: Ints,
+    chains: Ints,
+    family: Ints,
+    start: Ints,
+    is_open: Bools,
 ) -> Strands:
     """String the chains one behind the other, so that one walk in compiled code orders all darts."""
     n = len(follower)
@@ -93,8 +108,7 @@ def _write(
     inside[offsets[1:][~closed] - 1] = False
     nodes[inside] = tails
     nodes[~inside] = heads[np.cumsum(size)[~closed] - 1]
-    families = np.minimum.reduceat(lattice.edge_family[order // 2], offsets_of(size)[:-1])
-    return Strands(offsets, nodes, families, closed)
+    return Strands(offsets, nodes, family, closed)
 
 
 def _followers(lattice: Lattice) -> Ints:
