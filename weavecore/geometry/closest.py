@@ -152,12 +152,28 @@ def segment_distances(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Float
     middle : (n, 3) float64
         Midway between the nearest points.
     """
-    u, v, w = b - a, d - c, a - c
-    uu, vv, uv, uw, vw = dots(u, u), dots(v, v), dots(u, v), dots(u, w), dots(v, w)
+    # Coordinates in rows of their own: several times as fast as short rows.
+    p, q = np.ascontiguousarray(a.T), np.ascontiguousarray(c.T)
+    u, v, w = b.T - p, d.T - q, p - q
+    uu, vv, uv, uw, vw = _inner(u, u), _inner(v, v), _inner(u, v), _inner(u, w), _inner(v, w)
     det = uu * vv - uv * uv
-    s = np.clip(np.divide(uv * vw - uw * vv, det, out=np.zeros_like(det), where=det > _PARALLEL * uu * vv), 0.0, 1.0)
-    t = np.clip((uv * s + vw) / np.maximum(vv, _TINY), 0.0, 1.0)
-    s = np.clip((uv * t - uw) / np.maximum(uu, _TINY), 0.0, 1.0)
-    p, q = a + u * s[:, None], c + v * t[:, None]
+    s = _unit_clipped(np.divide(uv * vw - uw * vv, det, out=np.zeros_like(det), where=det > _PARALLEL * uu * vv))
+    t = _unit_clipped((uv * s + vw) / np.maximum(vv, _TINY))
+    s = _unit_clipped((uv * t - uw) / np.maximum(uu, _TINY))
+    p += u * s
+    q += v * t
     gap = p - q
-    return np.sqrt(dots(gap, gap)), (p + q) / 2.0
+    return np.sqrt(_inner(gap, gap)), ((p + q) / 2.0).T
+
+
+def _inner(a: Floats, b: Floats) -> Floats:
+    """Inner products of columns."""
+    product: Floats = a[0] * b[0]
+    product += a[1] * b[1]
+    product += a[2] * b[2]
+    return product
+
+
+def _unit_clipped(values: Floats) -> Floats:
+    clipped: Floats = np.minimum(np.maximum(values, 0.0), 1.0)
+    return clipped

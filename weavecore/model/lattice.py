@@ -94,26 +94,17 @@ class Lattice:
         lengths: Floats = np.linalg.norm(self.nodes[b] - self.nodes[a], axis=1)
         return lengths
 
-
-def node_depths(lattice: Lattice) -> Floats:
-    """Distances of the nodes from the origins along the surface; off the latitudes those of the nearest vertices.
-
-    Parameters
-    ----------
-    lattice : Lattice
-
-    Returns
-    -------
-    (N,) float64
-        In the model's unit.
-    """
-    latitudes = lattice.latitudes
-    depths = latitudes.distance[lattice.node_latitude]
-    off = np.flatnonzero(lattice.node_latitude < 0)
-    if len(off):
-        _, vertex = cKDTree(latitudes.surface.vertices).query(lattice.nodes[off])
-        depths[off] = latitudes.vertex_distance[vertex]
-    return depths
+    @cached_property
+    def node_depths(self) -> Floats:
+        """(N,) distances of the nodes from the origins along the surface; off the latitudes of the nearest vertices."""
+        latitudes = self.latitudes
+        depths = latitudes.distance[self.node_latitude]
+        off = np.flatnonzero(self.node_latitude < 0)
+        if len(off):
+            _, vertex = cKDTree(latitudes.surface.vertices).query(self.nodes[off])
+            depths[off] = latitudes.vertex_distance[vertex]
+        depths.flags.writeable = False
+        return depths
 
 
 def node_generations(lattice: Lattice) -> Floats:
@@ -128,6 +119,6 @@ def node_generations(lattice: Lattice) -> Floats:
     (N,) float64
     """
     latitudes = lattice.latitudes
-    between = node_depths(lattice) / latitudes.spacing
+    between = lattice.node_depths / latitudes.spacing
     generations: Floats = np.where(lattice.node_latitude < 0, between, latitudes.generation[lattice.node_latitude])
     return generations

@@ -15,6 +15,9 @@ normal of the surface.  Source: splines through joints, de Boor 1978.  Linear in
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Optional
+
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
@@ -23,7 +26,7 @@ from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
 from weavecore.model.strands import Strands
-from weavecore.polling import each, poll
+from weavecore.polling import each
 from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
 
@@ -48,6 +51,31 @@ _MOST_OF_EDGE = 0.4
 
 _STEP = 0.25
 """Arc length is summed in steps of this part of an edge."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Splines through the joints, before anything is drawn of them.
+
+    Parameters
+    ----------
+    points : (M, 3) float64
+        Of the axes at the visits.
+    rows : SplineRows
+        Through the points.
+    layer_offsets : (M,) float64
+        Distance of the points from the surface, along the normals.
+    normals : (N, 3) float64
+        Unit normal at each node, common to the rods that pass it.
+    widening : (C,) float64
+        Shift of each contact of the joints over the mean diameter of its rods.
+    """
+
+    points: Floats
+    rows: SplineRows
+    layer_offsets: Floats
+    normals: Floats
+    widening: Floats
 
 
 def lay_axes(
@@ -81,21 +109,51 @@ def lay_axes(
         Unit normal at each node, common to the rods that pass it.
     """
     outward = surface_normals(lattice)
+    fit = fit_axes(lattice, strands, joints, diameters, outward, centred_on_rings=centred_on_rings)
+    return draw_axes(lattice, strands, fit, overhang * diameters), fit.normals
+
+
+def fit_axes(
+    lattice: Lattice,
+    strands: Strands,
+    joints: Joints,
+    diameters: Floats,
+    outward: Floats,
+    *,
+    centred_on_rings: bool,
+    start: Optional[tuple[Floats, Floats]] = None,
+) -> Fit:
+    """Fit the axes of the rods, which `draw_axes` makes `RodAxes` of.
+
+    Parameters
+    ----------
+    lattice, strands, joints, diameters, centred_on_rings
+        As of `lay_axes`.
+    outward : (N, 3) float64
+        From `surface_normals`.
+    start : tuple, optional
+        Widening (C,) and normals (N, 3) of a fit of like rods, from which fewer rounds lead to the end.
+
+    Returns
+    -------
+    Fit
+    """
     apart = diameters[joints.strand[joints.contacts]].mean(axis=1)
-    shifts = apart
+    shifts = apart if start is None else start[0] * apart
+    normals, rounds = (outward, _NORMAL_ROUNDS) if start is None else (start[1], 1)
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
-    points, rows, normals = _settle(lattice, strands, offsets, outward, outward, _NORMAL_ROUNDS)
+    points, rows, normals = _settle(lattice, strands, offsets, normals, outward, rounds)
     for _ in range(_SHIFT_ROUNDS):
-        poll()
         gaps = gaps_at_joints(points, rows, strands, joints, apart)
         wrong = np.abs(gaps / apart - 1.0) > _ENOUGH
-        if not wrong.any():
+        # Shifts that are as small or as large as they may be stay so.
+        wanted = np.clip(shifts * apart / np.maximum(gaps, apart / 2.0), apart, _MOST_SHIFT * apart)
+        if (wanted == shifts)[wrong].all():
             break
-        wanted = shifts * apart / np.maximum(gaps, apart / 2.0)
-        shifts = np.where(wrong, np.clip(wanted, apart, _MOST_SHIFT * apart), shifts)
+        shifts = np.where(wrong, wanted, shifts)
         offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
         points, rows, normals = _settle(lattice, strands, offsets, normals, outward, 1)
-    return _as_axes(lattice, strands, points, rows, offsets, overhang * diameters), normals
+    return Fit(points, rows, offsets, normals, shifts / apart)
 
 
 def _settle(
@@ -111,9 +169,22 @@ def _settle(
     return points, rows, normals
 
 
-def _as_axes(
-    lattice: Lattice, strands: Strands, points: Floats, rows: SplineRows, offsets: Floats, longest: Floats
-) -> RodAxes:
+def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> RodAxes:
+    """The axes of a fit, with overhangs, B-splines and arc lengths.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    strands : Strands
+    fit : Fit
+    longest : (S,) float64
+        How far open rods run on straight beyond their outermost ties, where there is room.
+
+    Returns
+    -------
+    RodAxes
+    """
+    points, rows = fit.points, fit.rows
     overhangs = _overhangs(points, strands, longest)
     parameters, ends = tip_parameters(rows, strands.offsets, overhangs)
     tipped = with_tips(points, rows.derivatives, parameters, strands.offsets, strands.closed, ends, overhangs)
@@ -137,7 +208,7 @@ def _as_axes(
         controls=drawn.controls,
         stations=samples.stations[samples.is_given][tipped.visits],
         lengths=samples.stations[samples.offsets[1:] - 1],
-        layer_offsets=offsets,
+        layer_offsets=fit.layer_offsets,
     )
 
 

@@ -22,18 +22,29 @@ import csv
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
+from typing import Union
 
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots
-from weavecore.geometry.splines import cubic_curvatures, cubic_points, fit_derivatives, span_ends
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.splines import SplineRows, cubic_points, fit_derivatives, span_ends
 from weavecore.model.bending import Bending, Material
 from weavecore.model.rod_axes import RodAxes
-from weavecore.polling import poll
+from weavecore.polling import each
 
 _SAMPLES_PER_SPAN = 8
-"""Samples of each span, its first end included: with 16 the least radius of the samples' rods moves by under 0.5 %."""
+"""Samples of each span, its first end included: with 16 the least radius of the samples' rods moves by under 0.5 %.
+The last end is the first of the next span, or the end of a rod, where it is straight."""
+
+_SPANS_AT_ONCE = 2048
+"""Spans between two polls; their arrays fit into a processor's cache."""
+
+_LEAST_FACTOR, _MOST_FACTOR = 1e-3, 1e3
+"""Range of the factors that are looked for."""
+
+_WORTH_A_COPY = 0.8
+"""Share of the samples still looked at below which they are copied together."""
 
 _BISECTIONS = 30
 """Halvings of the logarithm of the factor: 1e-8 of it at the end, from a range of 1e6 to 1."""
@@ -43,14 +54,32 @@ _STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class _Samples:
-    """Places on the spans of all axes: the span's two visits, its width by the parameter, and t from 0 to 1."""
+class Sharpest:
+    """Where rods are bent most sharply, and how thick they may be.
 
-    rod: Ints
+    Parameters
+    ----------
+    start, stop : (S,) int64
+        The two visits of the span in which a rod is bent most sharply.
+    width : (S,) float64
+        Of that span, by the parameter.
+    t : (S,) float64
+        Where in the span, from 0 to 1.
+    radius : (S,) float64
+        Infinite for a straight rod.
+    utilisation : (S,) float64
+    largest : (M,) float64
+        The largest diameter that passes in the half spans on both sides of each visit, if all rods grow in
+        proportion; infinite where any passes.
+    """
+
     start: Ints
     stop: Ints
     width: Floats
     t: Floats
+    radius: Floats
+    utilisation: Floats
+    largest: Floats
 
 
 def measure_bending(axes: RodAxes, normals: Floats, *, diameters: Floats, material: Material) -> tuple[Bending, Floats]:
@@ -69,111 +98,189 @@ def measure_bending(axes: RodAxes, normals: Floats, *, diameters: Floats, materi
     -------
     bending : Bending
     largest : (M,) float64
-        The largest diameter that passes in the half spans on both sides of each visit, if all rods grow in
-        proportion; infinite where any passes.
+        As of `Sharpest`.
     """
-    places = _sample_spans(axes)
-    hermite = _hermite(places, axes.points, axes.derivatives)
-    curvature = cubic_curvatures(*hermite, places.width, places.t)
-    curvature[curvature * axes.lengths[places.rod] < _STRAIGHT] = 0.0
-    worst = _first_greatest(curvature, places.rod, len(axes))
-    with np.errstate(divide="ignore"):
-        radius = 1.0 / curvature[worst]
-    p, q, dp, dq = (part[worst] for part in hermite)
-    point, _ = cubic_points(p, q, dp, dq, places.width[worst], places.t[worst])
-    least_radius = material.least_bend * diameters
-    largest = diameters[axes.strand] * _largest_factors(axes, normals, places, least_radius)
+    rows = SplineRows(axes.derivatives, axes.parameters, axes.ends)
+    shift = axes.layer_offsets[:, None] * normals
+    found = find_sharpest(axes.points, rows, shift, axes.offsets, axes.closed, diameters=diameters, material=material)
+    points, slopes, start, stop = axes.points, axes.derivatives, found.start, found.stop
+    point, _ = cubic_points(points[start], points[stop], slopes[start], slopes[stop], found.width, found.t)
+    # Arc length to the place, to first order between two visits.
+    ahead = np.where(found.stop > found.start, axes.stations[found.stop], axes.lengths)
+    station = axes.stations[found.start] + found.t * (ahead - axes.stations[found.start])
     bending = Bending(
-        min_radius=radius,
-        station_at_min=_stations(axes, places)[worst],
+        min_radius=found.radius,
+        station_at_min=station,
         point_at_min=point,
-        utilisation=least_radius / radius,
-        largest_diameter=np.minimum.reduceat(largest, axes.offsets[:-1]) if len(axes) else largest,
+        utilisation=found.utilisation,
+        largest_diameter=np.minimum.reduceat(found.largest, axes.offsets[:-1]) if len(axes) else found.largest,
     )
-    return bending, largest
+    return bending, found.largest
 
 
-def _sample_spans(axes: RodAxes) -> _Samples:
-    start, stop, width = span_ends(axes.parameters, axes.offsets, axes.closed, axes.ends)
-    span = np.repeat(np.arange(len(start)), _SAMPLES_PER_SPAN + 1)
-    t = np.tile(np.linspace(0.0, 1.0, _SAMPLES_PER_SPAN + 1), len(start))
-    return _Samples(axes.strand[start[span]], start[span], stop[span], width[span], t)
+def find_sharpest(
+    points: Floats,
+    rows: SplineRows,
+    shift: Floats,
+    offsets: Ints,
+    closed: Bools,
+    *,
+    diameters: Floats,
+    material: Material,
+) -> Sharpest:
+    """Find where rods are bent most sharply, from their splines alone.
+
+    Parameters
+    ----------
+    points : (M, 3) float64
+        Of the axes at the visits.
+    rows : SplineRows
+        Through the points.
+    shift : (M, 3) float64
+        By which the points are out of the surface; it grows with the diameters.
+    offsets : (S+1,) int64
+    closed : (S,) bool
+    diameters : (S,) float64
+        Of the rods, in the model's unit.
+    material : Material
+
+    Returns
+    -------
+    Sharpest
+    """
+    start, stop, width = span_ends(rows.parameters, offsets, closed, rows.ends)
+    chord = np.ones(len(points))
+    chord[start] = width
+    both = np.hstack([points - shift, shift])
+    slopes = fit_derivatives(both, offsets, closed, chord)
+    rod = rows_of(offsets)[start]
+    least_radius = material.least_bend * diameters
+    curvature = np.empty((len(start), _SAMPLES_PER_SPAN))
+    factor = np.full((len(start), 2), np.inf)
+    for begin in each(range(0, len(start), _SPANS_AT_ONCE)):
+        part = slice(begin, begin + _SPANS_AT_ONCE)
+        spans = _Spans.of(both, slopes, start[part], stop[part], width[part])
+        curvature[part] = spans.curvature()
+        factor[part] = _largest_factors(spans, least_radius[rod[part]])
+    length = np.bincount(rod, width, len(diameters))
+    curvature[curvature * length[rod][:, None] < _STRAIGHT] = 0.0
+    worst = _first_greatest(curvature.ravel(), np.repeat(rod, _SAMPLES_PER_SPAN), len(diameters))
+    span, sample = np.divmod(worst, _SAMPLES_PER_SPAN)
+    with np.errstate(divide="ignore"):
+        radius = 1.0 / curvature.ravel()[worst]
+    largest = np.full(len(points), np.inf)
+    for at, column in ((start, 0), (stop, 1)):  # Each visit begins one span at most and ends one at most.
+        largest[at] = np.minimum(largest[at], factor[:, column])
+    return Sharpest(
+        start[span],
+        stop[span],
+        width[span],
+        sample / _SAMPLES_PER_SPAN,
+        radius,
+        least_radius / radius,
+        largest * np.repeat(diameters, np.diff(offsets)),
+    )
 
 
-def _stations(axes: RodAxes, places: _Samples) -> Floats:
-    """Arc length (n,) to each sample, to first order between two visits."""
-    ahead = np.where(places.stop > places.start, axes.stations[places.stop], axes.lengths[places.rod])
-    stations: Floats = axes.stations[places.start] + places.t * (ahead - axes.stations[places.start])
-    return stations
+@dataclass(frozen=True, eq=False)
+class _Spans:
+    """Samples of spans (n, k) as polynomials in the factor of all diameters, coefficients from degree 0 on.
 
+    ``speed`` is the square of |r'|, of degree 2, and ``bend`` that of |r' x r''|, of degree 4.
+    """
 
-def _hermite(places: _Samples, points: Floats, derivatives: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    return points[places.start], points[places.stop], derivatives[places.start], derivatives[places.stop]
+    speed: list[Floats]
+    bend: list[Floats]
+
+    @staticmethod
+    def of(values: Floats, slopes: Floats, start: Ints, stop: Ints, width: Floats) -> _Spans:
+        """Sample the cubics from ``start`` to ``stop`` of values (M, 6): a place on the surface, and the shift."""
+        t = np.arange(_SAMPLES_PER_SPAN) / _SAMPLES_PER_SPAN
+        wide = width[:, None]
+        rise = values[stop] - values[start]
+        first, last = wide * slopes[start], wide * slopes[stop]
+        # r = … + first t + (3 rise - 2 first - last) t² + (first + last - 2 rise) t³
+        quadratic, cubic = 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise
+        basis = np.stack([np.ones_like(t), 2.0 * t, 3.0 * t**2]), np.stack([np.full_like(t, 2.0), 6.0 * t])
+        speeds = np.stack([first, quadratic, cubic], axis=2) / wide[:, :, None]
+        bends = np.stack([quadratic, cubic], axis=2) / wide[:, :, None] ** 2
+        # (6, n, k): each coordinate of all samples together
+        one, two = (np.matmul(part.transpose(1, 0, 2), by) for part, by in zip((speeds, bends), basis))
+        turn = [
+            _cross(one[:3], two[:3]),
+            _cross(one[:3], two[3:]) + _cross(one[3:], two[:3]),
+            _cross(one[3:], two[3:]),
+        ]
+        return _Spans(_square([one[:3], one[3:]]), _square(turn))
+
+    def curvature(self) -> Floats:
+        """Of the rods as they are; 0 where a curve stands still."""
+        speed = np.sqrt(np.maximum(_polynomial(self.speed, 1.0), 0.0))
+        turn = np.sqrt(np.maximum(_polynomial(self.bend, 1.0), 0.0))
+        curvature: Floats = np.divide(turn, speed**3, out=np.zeros_like(speed), where=speed > 0)
+        return curvature
 
 
 def _first_greatest(values: Floats, row: Ints, n_rows: int) -> Ints:
     """Index of the greatest value of each row, the first of equals; rows rise."""
-    greatest = np.zeros(n_rows)
-    np.maximum.at(greatest, row, values)
+    first = np.searchsorted(row, np.arange(n_rows))
+    greatest = np.maximum.reduceat(values, first) if n_rows else np.zeros(0)
     at = np.flatnonzero(values == greatest[row])
-    _, first = np.unique(row[at], return_index=True)
-    return at[first]
+    _, nth = np.unique(row[at], return_index=True)
+    return at[nth]
 
 
-def _largest_factors(axes: RodAxes, normals: Floats, places: _Samples, least_radius: Floats) -> Floats:
-    """(M,) factor of all diameters at which the utilisation reaches 1 near each visit; infinite where any passes.
+def _largest_factors(spans: _Spans, least_radius: Floats) -> Floats:
+    """(n, 2) factor of all diameters at which the utilisation reaches 1 in each half of spans; infinite where never.
 
-    ``least_radius`` (S,) is that of the rods as they are.
+    ``least_radius`` (n,) is that of the rods as they are.
     """
-    shift = axes.layer_offsets[:, None] * normals
-    still = axes.points - shift
-    chord = np.ones(len(still))
-    chord[places.start] = places.width
-    slopes = fit_derivatives(np.hstack([still, shift]), axes.offsets, axes.closed, chord)
-    first, second = [], []
-    for values, derivatives in ((still, slopes[:, :3]), (shift, slopes[:, 3:])):
-        p, q, dp, dq = _hermite(places, values, derivatives)
-        first.append(cubic_points(p, q, dp, dq, places.width, places.t)[1])
-        t, width = places.t[:, None], places.width[:, None]
-        second.append((6 - 12 * t) / width**2 * (q - p) + ((6 * t - 4) * dp + (6 * t - 2) * dq) / width)
-    # The squares of the speed |r'| and of |r' x r''| are polynomials in the factor: coefficients from degree 0 on.
-    turn = [
-        cross(first[0], second[0]),
-        cross(first[0], second[1]) + cross(first[1], second[0]),
-        cross(first[1], second[1]),
-    ]
-    speed, bend = _square(first), _square(turn)
-    visit = np.where(places.t < 0.5, places.start, places.stop)
-    allowed_radius = least_radius[places.rod]
-    low, high = np.full(len(still), 1e-3), np.full(len(still), 1e3)
-
-    def passes(trial: Floats) -> Bools:
-        f = trial[visit]
-        allowed = np.ones(len(still), bool)
-        allowed[visit[(allowed_radius * f) ** 2 * _polynomial(bend, f) > _polynomial(speed, f) ** 3]] = False
-        return allowed
-
-    endless = passes(high)
+    n, k = spans.bend[0].shape
+    half = (2 * np.arange(n)[:, None] + (np.arange(k) >= k // 2)).ravel()
+    square = np.repeat(least_radius**2, k)
+    table = np.stack([square, *(one.ravel() for one in (*spans.bend, *spans.speed))])
+    low, high = np.full(2 * n, _LEAST_FACTOR), np.full(2 * n, _MOST_FACTOR)
+    # A sample that passes at a factor passes at all that are smaller, so it need not be looked at again below it.
+    is_sharp = _fail(table, _MOST_FACTOR)
+    half, table = half[is_sharp], table[:, is_sharp]
+    endless = np.ones(2 * n, bool)
+    endless[half] = False
     for _ in range(_BISECTIONS):
-        poll()
         middle = np.sqrt(low * high)
-        good = passes(middle)
-        low, high = np.where(good, middle, low), np.where(good, high, middle)
-    return np.where(endless, np.inf, low)
+        is_sharp = _fail(table, middle[half])
+        bad = np.zeros(2 * n, bool)
+        bad[half[is_sharp]] = True
+        low, high = np.where(bad, low, middle), np.where(bad, middle, high)
+        kept = is_sharp | ~bad[half]
+        if kept.sum() < _WORTH_A_COPY * len(kept):
+            half, table = half[kept], table[:, kept]
+    return np.where(endless, np.inf, low).reshape(n, 2)
+
+
+def _fail(table: Floats, factor: Union[float, Floats]) -> Bools:
+    """Which samples are bent too sharply: rows of the squared least radius, five coefficients of bend, and speed's."""
+    too_sharp: Bools = table[0] * factor**2 * _polynomial(table[1:6], factor) > _polynomial(table[6:], factor) ** 3
+    return too_sharp
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Cross products of vectors (3, n, k)."""
+    product: Floats = np.stack([a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))])
+    return product
 
 
 def _square(vectors: list[Floats]) -> list[Floats]:
-    """Square of the length of a polynomial with vectors (n, 3) as its coefficients, from degree 0 on."""
+    """Square of the length of a polynomial with vectors (3, n, k) as its coefficients, from degree 0 on."""
     degree = len(vectors) - 1
-    found = [np.zeros(len(vectors[0])) for _ in range(2 * degree + 1)]
+    found = [np.zeros(vectors[0].shape[1:]) for _ in range(2 * degree + 1)]
     for i, one in enumerate(vectors):
-        for j, other in enumerate(vectors):
-            found[i + j] += dots(one, other)
+        for j, other in enumerate(vectors[: i + 1]):
+            found[i + j] += (1.0 if i == j else 2.0) * (one * other).sum(0)
     return found
 
 
-def _polynomial(coefficients: list[Floats], at: Floats) -> Floats:
-    value = coefficients[-1]
+def _polynomial(coefficients: Union[Floats, list[Floats]], at: Union[float, Floats]) -> Floats:
+    value: Floats = coefficients[-1]
     for coefficient in coefficients[-2::-1]:
         value = value * at + coefficient
     return value

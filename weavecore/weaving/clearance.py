@@ -38,6 +38,9 @@ REACH = 3.0
 _PIECES = 5
 """Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
 
+_CONTACTS_AT_ONCE = 4096
+"""Contacts whose gaps are measured between two polls; their arrays fit into a processor's cache."""
+
 
 def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
     """Find the rods that cut into each other, at joints or between them.
@@ -191,28 +194,52 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
         Mean diameter of the two rods.
     """
     visits = joints.visit[joints.contacts]
-    one, other = (_stretches(points, rows, strands, v, REACH * apart) for v in visits.T)
-    least = np.full(len(visits), np.inf)
-    for p in each(range(one.shape[1] - 1)):
-        for q in each(range(other.shape[1] - 1)):
-            distance, _ = segment_distances(one[:, p], one[:, p + 1], other[:, q], other[:, q + 1])
+    spans = _Spans(points, rows, strands)
+    least = np.empty(len(visits))
+    for begin in each(range(0, len(visits), _CONTACTS_AT_ONCE)):
+        part = slice(begin, begin + _CONTACTS_AT_ONCE)
+        reach = REACH * apart[part]
+        least[part] = _least_distances(*(spans.around(v, reach) for v in visits[part].T))
+    return least
+
+
+def _least_distances(one: Floats, other: Floats) -> Floats:
+    """Least distances (k,) between two rows of polylines (k, m, 3): between the segments at their nearest corners."""
+    n, m = one.shape[:2]
+    centre = one[:, m // 2, None]
+    a, b = one - centre, other - centre
+    square = (a * a).sum(2)[:, :, None] + (b * b).sum(2)[:, None] - 2.0 * np.matmul(a, b.transpose(0, 2, 1))
+    p, q = np.divmod(square.reshape(n, -1).argmin(1), m)
+    row = np.arange(n)
+    least = np.full(n, np.inf)
+    for i in (np.maximum(p - 1, 0), np.minimum(p, m - 2)):
+        for j in (np.maximum(q - 1, 0), np.minimum(q, m - 2)):
+            distance, _ = segment_distances(one[row, i], one[row, i + 1], other[row, j], other[row, j + 1])
             least = np.minimum(least, distance)
     return least
 
 
-def _stretches(points: Floats, rows: SplineRows, strands: Strands, visits: Ints, reach: Floats) -> Floats:
-    """Points (k, 2 · pieces + 1, 3) along the axes on both sides of visits; at an end of a rod they stay there."""
-    start, stop, width = span_ends(rows.parameters, strands.offsets, strands.closed, rows.ends)
-    ahead, behind = np.full(len(points), -1), np.full(len(points), -1)
-    ahead[start], behind[stop] = np.arange(len(start)), np.arange(len(start))
-    steps = (np.arange(_PIECES + 1) / _PIECES) ** 2
-    sides = []
-    for span, is_ahead in ((behind[visits], False), (ahead[visits], True)):
-        part = np.minimum(reach / width[span], 0.5)[:, None] * steps
-        t = part if is_ahead else 1.0 - part
-        flat = np.repeat(span, len(steps))
-        a, b = start[flat], stop[flat]
-        place, _ = cubic_points(points[a], points[b], rows.derivatives[a], rows.derivatives[b], width[flat], t.ravel())
-        place = place.reshape(len(visits), len(steps), 3)
-        sides.append(np.where((span >= 0)[:, None, None], place, points[visits][:, None]))
-    return np.concatenate([sides[0][:, :0:-1], sides[1]], axis=1)
+class _Spans:
+    """The cubics before and after each visit, as polynomials in t from 0 to 1."""
+
+    def __init__(self, points: Floats, rows: SplineRows, strands: Strands) -> None:
+        start, stop, self._width = span_ends(rows.parameters, strands.offsets, strands.closed, rows.ends)
+        self._ahead, self._behind = np.full(len(points), -1), np.full(len(points), -1)
+        self._ahead[start], self._behind[stop] = np.arange(len(start)), np.arange(len(start))
+        width = self._width[:, None]
+        rise = points[stop] - points[start]
+        slope, last = width * rows.derivatives[start], width * rows.derivatives[stop]
+        self._points = points
+        self._coefficients = (points[start], slope, 3.0 * rise - 2.0 * slope - last, slope + last - 2.0 * rise)
+
+    def around(self, visits: Ints, reach: Floats) -> Floats:
+        """Points (k, 2 · pieces + 1, 3) along the axes on both sides of visits; at an end of a rod they stay there."""
+        steps = (np.arange(_PIECES + 1) / _PIECES) ** 2
+        sides = []
+        for span, is_ahead in ((self._behind[visits], False), (self._ahead[visits], True)):
+            part = np.minimum(reach / self._width[span], 0.5)[:, None] * steps
+            t = (part if is_ahead else 1.0 - part)[:, :, None]
+            first, second, third, fourth = (one[span][:, None] for one in self._coefficients)
+            place = ((fourth * t + third) * t + second) * t + first
+            sides.append(np.where((span >= 0)[:, None, None], place, self._points[visits][:, None]))
+        return np.concatenate([sides[0][:, :0:-1], sides[1]], axis=1)

@@ -15,7 +15,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, rows_of
 from weavecore.geometry.polygon_mesh import edges_between, find_fans
-from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice, node_depths
+from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
 from weavecore.weaving.strands import steps_along
 
@@ -90,7 +90,7 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     a, b = strands.nodes[before], strands.nodes[after]
     ahead = _latitude_tangents(lattice)
     step = lattice.nodes[b] - lattice.nodes[a]
-    depth = node_depths(lattice)
+    depth = lattice.node_depths
     rises = np.sign(depth[b] - depth[a])
     mean = ahead[a] + ahead[b]
     size = np.linalg.norm(step, axis=1) * np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)

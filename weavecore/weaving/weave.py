@@ -10,20 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Callable, Optional, Union
 
 import numpy as np
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.model.bending import Bending, Material
+from weavecore.model.bending import Material
+from weavecore.model.joints import Joints
 from weavecore.model.lattice import FAMILIES, LONGITUDINAL, POCKET, Lattice
-from weavecore.model.rod_axes import RodAxes
 from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.axes import lay_axes
-from weavecore.weaving.bending import material_named, measure_bending
+from weavecore.weaving.axes import OVERHANG_DIAMETERS, Fit, draw_axes, fit_axes, lay_axes, surface_normals
+from weavecore.weaving.bending import Sharpest, find_sharpest, material_named, measure_bending
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
 from weavecore.weaving.clearance import find_clashes
@@ -101,19 +102,22 @@ def weave_lattice(
     report(0.3, "bending the rods")
     bent = woven.bend_in_stock(strands, stock) if by_family is None else woven.bend(strands, by_family)
     report(0.8, "measuring")
+    axes = draw_axes(lattice, bent.strands, bent.fit, OVERHANG_DIAMETERS * bent.diameters)
+    normals = bent.fit.normals
+    bending, _ = measure_bending(axes, normals[bent.strands.nodes], diameters=bent.diameters, material=stuff)
     return Weave(
         lattice=lattice,
         strands=bent.strands,
         ids=name_strands(bent.strands, lattice, bent.lean),
         joints=bent.order.joints,
-        axes=bent.axes,
-        normals=bent.normals,
-        bending=bent.bending,
+        axes=axes,
+        normals=normals,
+        bending=bending,
         diameters=bent.diameters,
         material=stuff,
         over_under=style.name,
         conflicts=bent.order.conflicts,
-        clashes=find_clashes(bent.axes, bent.diameters),
+        clashes=find_clashes(axes, bent.diameters),
     )
 
 
@@ -141,17 +145,15 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
 
 @dataclass(frozen=True, eq=False)
 class _Bent:
-    """Rods in their places: diameters (3,) by family and (S,) by rod, and the largest (M,) that passes at a visit."""
+    """Rods in their places: diameters (3,) by family and (S,) by rod, the splines, and how sharply they are bent."""
 
     strands: Strands
     lean: Ints
     order: Order
     by_family: Floats
     diameters: Floats
-    axes: RodAxes
-    normals: Floats
-    bending: Bending
-    largest: Floats
+    fit: Fit
+    sharpest: Sharpest
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,46 +164,87 @@ class _Woven:
     material: Material
     style: Style
 
+    @cached_property
+    def outward(self) -> Floats:
+        """Unit normals (N, 3) of the lattice."""
+        return surface_normals(self.lattice)
+
     def bend(self, strands: Strands, by_family: Floats, like: Optional[_Bent] = None) -> _Bent:
-        """Lay rods of diameters (3,) by their family over and under each other and measure how they are bent."""
+        """Lay rods of diameters (3,) by their family over and under each other and measure how they are bent.
+
+        What is known of ``like`` rods, those of another diameter or before they are broken, is where the fit starts.
+        """
         lattice = self.lattice
         diameters = _of_rods(by_family, strands)
         for size in np.unique(diameters).tolist():
             check_work(float(lattice.edge_lengths.sum()), lattice.n_edges, lattice.latitudes.surface.area, size)
-        if like is None:
+        if like is not None and strands is like.strands:
+            lean, order = like.lean, like.order
+        else:
             lean = find_lean(strands, self.lattice)
             order = order_rods(self.lattice, strands, lean, self.style)
-        else:
-            lean, order = like.lean, like.order
-        axes, normals = lay_axes(
-            self.lattice, strands, order.joints, diameters, centred_on_rings=self.style.name == STACKED
+        fit = fit_axes(
+            self.lattice,
+            strands,
+            order.joints,
+            diameters,
+            self.outward,
+            centred_on_rings=self.style.name == STACKED,
+            start=None if like is None else (_widening(order.joints, like), like.fit.normals),
         )
-        bending, largest = measure_bending(axes, normals[strands.nodes], diameters=diameters, material=self.material)
-        return _Bent(strands, lean, order, by_family, diameters, axes, normals, bending, largest)
+        shift = fit.layer_offsets[:, None] * fit.normals[strands.nodes]
+        sharpest = find_sharpest(
+            fit.points,
+            fit.rows,
+            shift,
+            strands.offsets,
+            strands.closed,
+            diameters=diameters,
+            material=self.material,
+        )
+        return _Bent(strands, lean, order, by_family, diameters, fit, sharpest)
 
     def bend_in_stock(self, strands: Strands, own: Optional[Sequence[float]]) -> _Bent:
         """Rods of the thickest stock diameter that nearly all can be bent in, broken where few cannot."""
         stock = own or stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
         whole = self.bend(strands, _one_for_all(_first_diameter(self.lattice)))
-        diameter = choose_diameter(whole.largest, stock)
+        diameter = choose_diameter(whole.sharpest.largest, stock)
         while True:
             whole = self.bend(strands, _one_for_all(diameter), like=whole)
             bent = self.break_rods(whole, FEWEST_JOINTS)
             thinner = next_thinner(diameter, stock)
-            if thinner is None and (whole.largest < diameter).mean() > _MOST_SHARP:
+            if thinner is None and (whole.sharpest.largest < diameter).mean() > _MOST_SHARP:
                 return whole
-            if thinner is None or (bent.bending.utilisation <= 1.0).mean() >= LEAST_RODS:
+            if thinner is None or (bent.sharpest.utilisation <= 1.0).mean() >= LEAST_RODS:
                 return self.break_rods(bent, _FEWEST_OF_ALL)
             diameter = thinner
 
     def break_rods(self, bent: _Bent, fewest: int) -> _Bent:
         """Break rods where they are bent too sharply, as far as no piece gets fewer joints."""
         for _ in range(_MOST_BREAK_ROUNDS):
-            breaks = find_breaks(bent.strands, bent.largest, bent.diameters, fewest=fewest)
+            breaks = find_breaks(bent.strands, bent.sharpest.largest, bent.diameters, fewest=fewest)
             if not breaks.any():
                 break
-            bent = self.bend(break_strands(bent.strands, breaks), bent.by_family)
+            bent = self.bend(break_strands(bent.strands, breaks), bent.by_family, like=bent)
         return bent
+
+
+def _widening(joints: Joints, like: _Bent) -> Floats:
+    """Widening (C,) of contacts as that of like rods; 1 at nodes that they pass another number of times."""
+    before = like.order.joints
+    if joints is before:
+        return like.fit.widening
+    if len(before) == 0:
+        return np.ones(len(joints.contacts))
+    at = np.minimum(np.searchsorted(before.node, joints.node), len(before) - 1)
+    n_new, n_old = np.diff(joints.offsets), np.diff(before.offsets)
+    is_same = (before.node[at] == joints.node) & (n_old[at] == n_new)
+    joint = joints.joint[joints.contacts[:, 0]]
+    first = np.cumsum(n_old - 1) - (n_old - 1)
+    widening = np.ones(len(joint))
+    known = is_same[joint]
+    widening[known] = like.fit.widening[(first[at][joint] + joints.rank[joints.contacts[:, 0]])[known]]
+    return widening
 
 
 def _one_for_all(diameter: float) -> Floats:
