@@ -178,6 +178,12 @@ class TestOff:
         text = ["CNOFF", *lines[1:2], *(line + " 0 0 1 255 0 0 255" for line in lines[2:14]), *lines[14:]]
         assert read_surface(put("a.off", "\n".join(text))).n_vertices == 12
 
+    @pytest.mark.parametrize("between", [" ", "\n"])
+    @pytest.mark.parametrize("counts", ["12 6 0", "12 6"])
+    def test_lines_may_break_anywhere_also_in_the_header(self, put, between, counts):
+        words = ["OFF", *counts.split(), *" ".join(off().splitlines()[2:]).split()]
+        assert read_surface(put("a.off", between.join(words))).n_faces == 12
+
     @pytest.mark.parametrize(
         "bad", ["", "OF\n", "OFF\n", "OFF\nmany few\n", "OFF\n-1 2 0\n", off()[:-20], off().replace("4 0", "9 0")]
     )
