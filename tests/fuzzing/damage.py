@@ -134,7 +134,7 @@ def _change_at(holder: Any, key: Any, others: list[Any], draw: Generator) -> Non
         holder[key] = others[int(draw.integers(0, len(others)))]
     elif way == 2 and isinstance(holder, list):
         holder.insert(key, holder[key])
-    elif way == 3 and isinstance(holder[key], (int, float)):
+    elif way == 3 and isinstance(holder[key], float):
         holder[key] *= [-1, 0, 2, 1e-3, 1e6, 1e-300][int(draw.integers(0, 6))]
     else:
         holder[key] = _ODD[int(draw.integers(0, len(_ODD)))]
