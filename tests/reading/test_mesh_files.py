@@ -202,6 +202,11 @@ class TestOff:
 
 
 class TestPly:
+    @pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+    def test_vertices_without_faces_are_no_surface(self, put, kind):
+        with pytest.raises(NoSurface):
+            read_surface(put("a.ply", ply_header(kind, 1, 0).encode() + (b"0 0 0\n" if kind == "ascii" else bytes(12))))
+
     def test_triangles_and_quads_mixed_in_a_binary_file(self, put):
         faces = [*QUADS[:3].tolist(), *triangles(QUADS[3:]).tolist()]
         for order in "<>":
