@@ -10,6 +10,7 @@ failures, 99 at most.
 from __future__ import annotations
 
 import argparse
+import resource
 import sys
 import time
 import traceback
@@ -63,6 +64,13 @@ def run_case(name: str, seed: int, options: argparse.Namespace) -> tuple[str, li
     return ("broken", broken) if broken else ("fine", [])
 
 
+def most_of(longest: tuple[float, str, int]) -> str:
+    """The longest case, in seconds of the processor, and the most memory of all."""
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    took, name, seed = longest
+    return f"longest {took:.1f} s ({name}, seed {seed}), most memory {memory:.0f} MB"
+
+
 def main() -> int:
     """Run the sweep and print a summary by surface."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -76,18 +84,20 @@ def main() -> int:
     options = parser.parse_args()
     names = options.name or list(TOUGH)
     outcomes: Counter[str] = Counter()
-    failures = 0
+    failures, longest = 0, (0.0, "", 0)
     for case in range(options.count):
         name, seed = names[case % len(names)], options.seed + case // len(names)
-        start = time.perf_counter()
+        start = time.process_time()
         outcome, told = run_case(name, seed, options)
-        took = time.perf_counter() - start
+        took = time.process_time() - start
+        longest = max(longest, (took, name, seed))
         outcomes[outcome] += 1
         failures += outcome != "fine"
         if told or took > 20:
             print(f"{outcome:8s} --name {name} --seed {seed}  {took:.1f} s", flush=True)
             for line in told:
                 print(f"         {line}", flush=True)
+    print(most_of(longest))
     print(", ".join(f"{count} {outcome}" for outcome, count in sorted(outcomes.items())))
     return min(failures, 99)
 

@@ -23,6 +23,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "sample_files"), str(HERE)]
 
 from messy_exports import MESSES
+from sweep import most_of
 from tough_surfaces import TOUGH
 from weavecore import pipeline
 from weavecore.errors import TooMuchWork, WeaveError
@@ -51,11 +52,11 @@ def doubts_of(notes):
     return {note.code for note in notes if note.is_doubt}
 
 
-def compare(clean, spoiled, wanted):
+def compare(clean, spoiled, notes, wanted):
     """What is wrong with the surface that was read, and not told."""
-    told = doubts_of(spoiled.notes) - doubts_of(clean.notes)
+    told = doubts_of(notes) - doubts_of(clean.notes)
     if wanted:
-        return [] if told & wanted or doubts_of(spoiled.notes) & wanted else [f"none of {sorted(wanted)} was noted"]
+        return [] if doubts_of(notes) & wanted else [f"none of {sorted(wanted)} was noted"]
     if told:
         return []
     (borders, pieces, area, length), (n, m, a, s) = shape_of(clean), shape_of(spoiled)
@@ -81,7 +82,7 @@ def run_case(base, name, seed):
         suggested = pipeline.suggest_spacing(surface)
         spacing = suggested if mess.doubts else pipeline.suggest_spacing(clean)
         latitudes = pipeline.offset(surface, spacing=spacing)
-        silent = compare(clean, latitudes.surface, mess.doubts)
+        silent = compare(clean, surface, latitudes.surface.notes, mess.doubts)
         lattice = pipeline.link(latitudes)
     except WeaveError as error:
         if error.code in mess.refusals or (isinstance(error, TooMuchWork) and mess.doubts):
@@ -111,19 +112,21 @@ def main() -> int:
     names = options.mess or list(MESSES)
     bases = options.base or [name for name in TOUGH if name not in LEFT_OUT]
     outcomes: dict[str, Counter[str]] = {name: Counter() for name in names}
-    failures = 0
+    failures, longest = 0, (0.0, "", 0)
     for case in range(options.count):
         name, base = names[case % len(names)], bases[(case // len(names) + case) % len(bases)]
         seed = options.seed + case // len(names)
-        start = time.perf_counter()
+        start = time.process_time()
         outcome, told = run_case(base, name, seed)
-        took = time.perf_counter() - start
+        took = time.process_time() - start
+        longest = max(longest, (took, name, seed))
         outcomes[name][outcome] += 1
         failures += outcome in ("silent", "broken", "refused", "crashed")
         if told or took > 20:
             print(f"{outcome:8s} --mess {name} --base {base} --seed {seed} --count 1  {took:.1f} s", flush=True)
             for line in told:
                 print(f"         {line}", flush=True)
+    print(most_of(longest))
     for name, counts in outcomes.items():
         print(f"{name:24s} " + ", ".join(f"{count} {outcome}" for outcome, count in sorted(counts.items())))
     return min(failures, 99)

@@ -53,6 +53,7 @@ from weavecore.reading import (
     surface_from,
 )
 from weavecore.reading.formats.result_json import read_weave_or_equilibrium
+from weavecore.reading.pieces import fill_specks
 from weavecore.reading.thickness import note_thickness
 from weavecore.structural_analysis import (
     check_equilibrium_folder,
@@ -152,6 +153,8 @@ def offset(
     Returns
     -------
     Latitudes
+        On the surface as it was woven, with notes: borders shorter than a hundredth of the spacing are closed, unless
+        distances start at chosen ones.
 
     Raises
     ------
@@ -166,7 +169,7 @@ def offset(
     for length in (least, float(np.max(wanted))):
         check_length(length, "A spacing")
     if np.isfinite(least) and least > 0:  # Else the method refuses it.
-        started = note_thickness(started, least)
+        started = note_thickness(fill_specks(started, least), least)
     return METHODS[method](started, spacing=wanted, progress=progress)
 
 

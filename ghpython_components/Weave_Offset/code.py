@@ -22,6 +22,7 @@ def compute(run, surface, spacing, method, borders, guides):
         curves=canvas.read_curves(run, guides),
         progress=run.progress,
     )
+    canvas.warn_of_doubts(run, latitudes.surface, known=surface.notes)
     drawn = canvas.draw_latitudes(run, latitudes)
     run.caption = canvas.counts(curve=len(latitudes), generation=latitudes.n_generations)
     return latitudes, drawn.curves, drawn.parents

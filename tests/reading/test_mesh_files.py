@@ -178,6 +178,12 @@ class TestOff:
         text = ["CNOFF", *lines[1:2], *(line + " 0 0 1 255 0 0 255" for line in lines[2:14]), *lines[14:]]
         assert read_surface(put("a.off", "\n".join(text))).n_vertices == 12
 
+    @pytest.mark.parametrize("between", [" ", "\n"])
+    @pytest.mark.parametrize("counts", ["12 6 0", "12 6"])
+    def test_lines_may_break_anywhere_also_in_the_header(self, put, between, counts):
+        words = ["OFF", *counts.split(), *" ".join(off().splitlines()[2:]).split()]
+        assert read_surface(put("a.off", between.join(words))).n_faces == 12
+
     @pytest.mark.parametrize(
         "bad", ["", "OF\n", "OFF\n", "OFF\nmany few\n", "OFF\n-1 2 0\n", off()[:-20], off().replace("4 0", "9 0")]
     )
@@ -196,6 +202,11 @@ class TestOff:
 
 
 class TestPly:
+    @pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+    def test_vertices_without_faces_are_no_surface(self, put, kind):
+        with pytest.raises(NoSurface):
+            read_surface(put("a.ply", ply_header(kind, 1, 0).encode() + (b"0 0 0\n" if kind == "ascii" else bytes(12))))
+
     def test_triangles_and_quads_mixed_in_a_binary_file(self, put):
         faces = [*QUADS[:3].tolist(), *triangles(QUADS[3:]).tolist()]
         for order in "<>":

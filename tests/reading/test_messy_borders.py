@@ -8,7 +8,7 @@ from raw_meshes import ball, grid, loose, moved, together, triangles
 from tough_surfaces import TOUGH
 from weavecore.errors import Degenerate, Doubtful, NoSurface, TooFarFromOrigin
 from weavecore.model.notes import Note
-from weavecore.pipeline import refuse_doubts
+from weavecore.pipeline import link, offset, refuse_doubts
 from weavecore.reading import read_surface, surface_from_arrays
 from weavecore.reading.raw import RawMesh, RepairOptions
 from weavecore.reading.repair import repair
@@ -232,6 +232,22 @@ class TestPieces:
         filled = repair(raw, options=RepairOptions(fill_holes=1.01 * longest), is_cut=False)
         assert (filled.n_faces, len(filled.borders)) == (len(faces), 0)
 
+    def test_a_hole_far_smaller_than_the_spacing_is_closed_unless_the_weave_starts_there(self):
+        vertices, faces = dome()
+        corner = vertices[faces[100]]
+        inner = corner.mean(0) + 1e-3 * (corner - corner.mean(0))
+        a, b, c, n = *faces[100], len(vertices)
+        around = [[a, b, n + 1], [a, n + 1, n], [b, c, n + 2], [b, n + 2, n + 1], [c, a, n], [c, n, n + 2]]
+        surface = surface_from_arrays(
+            np.concatenate([vertices, inner]), np.concatenate([np.delete(faces, 100, 0), around])
+        )
+        latitudes = offset(surface, spacing=10.0)
+        assert (len(surface.borders), len(latitudes.surface.borders)) == (2, 1)
+        assert noted(latitudes.surface, "FILLED").points
+        assert link(latitudes).edge_lengths.min() > 1.0
+        assert len(offset(surface, spacing=10.0, borders=[0, 1]).surface.borders) == 2
+        assert len(offset(surface, spacing=1.0).surface.borders) == 2
+
     def test_the_only_border_of_an_open_body_is_not_a_slit(self):
         vertices, faces = ball(3)
         surface = surface_from_arrays(vertices, faces[vertices[faces][:, :, 2].max(1) < 0.9])
@@ -258,6 +274,17 @@ class TestThickness:
     def test_a_solid_thicker_than_the_spacing_is_not_noted(self):
         surface = surface_from_arrays(*thick_dome(40.0))
         assert note_thickness(surface, 5.0) is surface
+
+    def test_a_shell_of_two_closed_pieces_is_thin_though_both_face_outwards(self):
+        vertices, faces = ball(3)
+        surface = surface_from_arrays(*together((30 * vertices, faces), (29 * vertices, faces[:, ::-1])))
+        note = noted(note_thickness(surface, 6.0), "THIN")
+        assert dict(note.numbers)["least"] < 1.1
+
+    def test_pieces_side_by_side_are_not_thin(self):
+        vertices, faces = dome()
+        beside = surface_from_arrays(*together((vertices, faces), (moved(vertices, 101, 0, 3), faces)))
+        assert note_thickness(beside, 10.0) is beside
 
     def test_a_sheet_has_no_outer_side(self):
         with pytest.raises(Degenerate):

@@ -12,10 +12,12 @@ from weavecore.canvas.results import (
     LatitudeResults,
     LatticeResults,
     RodResults,
+    draw_doubts,
     draw_latitudes,
     draw_lattice,
     draw_rods,
     draw_surface,
+    warn_of_doubts,
 )
 from weavecore.canvas.simulating import (
     EquilibriumResults,
@@ -44,6 +46,7 @@ __all__ = [
     "concerns",
     "counts",
     "diameters",
+    "draw_doubts",
     "draw_equilibrium",
     "draw_latitudes",
     "draw_lattice",
@@ -61,5 +64,6 @@ __all__ = [
     "report_lines",
     "solve",
     "unit_of",
+    "warn_of_doubts",
     "write_value",
 ]

@@ -27,6 +27,10 @@ def read_geometry(
     name: Optional[str] = None,
     edge: Optional[float] = None,
     plane: Any = None,
+    weld: Optional[float] = None,
+    fill_holes: Optional[float] = None,
+    largest: Optional[bool] = None,
+    side: Optional[str] = None,
 ) -> SurfaceMesh:
     """Read a surface from geometry, the id of an object of Rhino, or the path of a file.
 
@@ -41,6 +45,8 @@ def read_geometry(
         Length of an edge where the surface is not a mesh yet, in the document's unit.
     plane : Plane, optional
         Cuts a closed surface in two.
+    weld, fill_holes, largest, side
+        As in `weavecore.read_surface`; lengths are in the document's unit.
 
     Returns
     -------
@@ -57,15 +63,30 @@ def read_geometry(
     if isinstance(geometry, (str, os.PathLike)):
         path = run.folder / os.fspath(geometry).strip().strip('"')
         unit = run.document.unit
-        target = Length(edge, unit) if edge is not None and unit in METRES else edge
-        options: dict[str, Any] = {"edge_target": target, "cut_plane": cut_plane, "progress": run.progress}
+        lengths = {"edge_target": edge, "weld": weld, "fill_holes": fill_holes}
+        options: dict[str, Any] = {key: _with_unit(length, unit) for key, length in lengths.items()}
+        options.update(largest=bool(largest), side=side, cut_plane=cut_plane, progress=run.progress)
         surface = pipeline.read_surface(path, layer=layer, object=name, guarded=_can_be_guarded(), **options)
         return _in_unit(surface, unit, run.remark)
     geometry = referenced(geometry)
     unit, tolerance = run.document
     return pipeline.surface_from(
-        geometry, unit=unit, tolerance=tolerance, edge_target=edge, cut_plane=cut_plane, progress=run.progress
+        geometry,
+        unit=unit,
+        tolerance=tolerance,
+        edge_target=edge,
+        cut_plane=cut_plane,
+        progress=run.progress,
+        weld=weld,
+        fill_holes=fill_holes,
+        largest=bool(largest),
+        side=side,
     )
+
+
+def _with_unit(length: Optional[float], unit: str) -> Union[Length, float, None]:
+    """A length of the document, for a file in a unit of its own; a number where the document's is not known."""
+    return Length(length, unit) if length is not None and unit in METRES else length
 
 
 def _in_unit(surface: SurfaceMesh, unit: str, remark: Callable[[str], None]) -> SurfaceMesh:

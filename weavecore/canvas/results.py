@@ -16,9 +16,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from weavecore.canvas.solve import Run
+from weavecore.errors import UnitUnknown
 from weavecore.geometry.arrays import Ints, ranks_in_rows
 from weavecore.geometry.polygon_mesh import fan_quads
-from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, Latitudes, Lattice, SurfaceMesh, Weave, first_generations
+from weavecore.model import (
+    LATITUDINAL,
+    LONGITUDINAL,
+    POCKET,
+    Latitudes,
+    Lattice,
+    Note,
+    SurfaceMesh,
+    Weave,
+    first_generations,
+)
 from weavecore.viewing.surface_paths import origins_inside
 from weavecore.weaving.strands import find_strands
 
@@ -76,6 +87,50 @@ def draw_surface(run: Run, surface: SurfaceMesh) -> tuple[list[Any], Any]:
         loops += [(path, closed) for path, closed, is_inside in paths if is_inside]
     borders = [run.drawing.polyline(surface.vertices[loop], is_closed=closed) for loop, closed in loops]
     return borders, run.drawing.mesh(surface.vertices, surface.faces[:, [0, 1, 2, 2]])
+
+
+def draw_doubts(run: Run, surface: SurfaceMesh) -> tuple[list[str], Any]:
+    """Draw the doubts about a surface, and put each up as a warning.
+
+    Parameters
+    ----------
+    run : Run
+    surface : SurfaceMesh
+
+    Returns
+    -------
+    texts : list of str
+        One line each, with its code.
+    places : tree of points
+        A branch for each doubt.
+    """
+    doubts = warn_of_doubts(run, surface)
+    texts = [f"{note.code}: {note.text}" for note in doubts]
+    points = [run.drawing.points(np.asarray(note.points, np.float64).reshape(-1, 3)) for note in doubts]
+    return texts, data_tree(((i,), list(items)) for i, items in enumerate(points))
+
+
+def warn_of_doubts(run: Run, surface: SurfaceMesh, *, known: Iterable[Note] = ()) -> list[Note]:
+    """Put up a warning for each doubt about a surface that is new.
+
+    Parameters
+    ----------
+    run : Run
+    surface : SurfaceMesh
+        That of a result has the notes of all stages so far.
+    known : iterable of Note, optional
+        Notes of the stages before, which other components show.
+
+    Returns
+    -------
+    list of Note
+        The new doubts.
+    """
+    doubts = [note for note in surface.notes if note.is_doubt and note not in tuple(known)]
+    for note in doubts:
+        if note.code != UnitUnknown.code:  # A warning of Python's too, which `solve` puts up.
+            run.warn(f"{note.code}: {note.text}")
+    return doubts
 
 
 def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:

@@ -24,7 +24,7 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
         "COMPENSATED": "lengths and marks that allow for spring-back: the nodes lie where the weave rests",
         "CUT": "closed parts cut in two",
         "DROPPED": "faces or vertices left out: without area, repeated, or used by no face",
-        "FILLED": "holes closed as asked for",
+        "FILLED": "holes closed, as asked for or because they are far smaller than the spacing",
         "JOINED": "objects joined to one surface",
         "LEFT_OUT": "parts left out as asked for",
         "PHASE": "the nearest spacing at which fewer rods would end where two fronts meet",

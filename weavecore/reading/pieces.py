@@ -2,7 +2,8 @@
 
 A *piece* is a connected component.  A *scrap* has less than a hundredth of the area of the largest piece.  A *slit* is
 a border that encloses no area, lacks a single face, or is shorter than a thousandth of the longest, or of the side of a
-square of the piece's area.  Linear in the faces.
+square of the piece's area.  A *speck* is a
+border shorter than a hundredth of the spacing.  Linear in the faces.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ _MANY_FACES = 100
 
 _OPENING = 0.5
 """Of the root of the piece's area: its longest border is an outer one if it is longer, even of three corners."""
+
+_SPECK = 0.01
+"""Of the spacing: a shorter border is closed.  Three edges around it could not all be longer than a three hundredth."""
 
 _FLAT = 1e-4
 """Least area that a border encloses, in its squared length: a circle has 0.08, a slit of 5,000 times its width 1e-4."""
@@ -244,19 +248,53 @@ def fill_holes(surface: SurfaceMesh, longest: float) -> SurfaceMesh:
         return surface
     is_outer = _is_longest(surface, lengths) & ~_is_slit(surface, lengths)
     chosen = np.flatnonzero((lengths <= longest) & ~is_outer)
+    return _closed(surface, lengths, chosen.tolist(), f"of up to {longest:.6g}")
+
+
+def fill_specks(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
+    """Close borders far shorter than the spacing, unless distances start there: no edge of a lattice fits around them.
+
+    The longest border of each piece stays.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    spacing : float
+
+    Returns
+    -------
+    SurfaceMesh
+        With the note FILLED where there were such borders.
+    """
+    lengths = border_lengths(surface)
+    if len(lengths) == 0 or float(lengths.min()) >= _SPECK * spacing:
+        return surface
+    started = set() if surface.starts is None else set(surface.starts.vertices().tolist())
+    is_speck = (lengths < _SPECK * spacing) & ~_is_longest(surface, lengths)
+    chosen = [
+        k
+        for k in np.flatnonzero(is_speck).tolist()
+        if started.isdisjoint(surface.borders[k].tolist())
+        and spanned_area(surface.vertices[surface.borders[k]]) > _FLAT * lengths[k] ** 2
+    ]
+    return _closed(surface, lengths, chosen, f"shorter than a hundredth of the spacing of {spacing:.3g}")
+
+
+def _closed(surface: SurfaceMesh, lengths: Floats, chosen: list[int], which: str) -> SurfaceMesh:
+    """Close borders, and note that; the same surface where there are none."""
     if len(chosen) == 0:
         return surface
     faces, n = [surface.faces], surface.n_vertices
     means: list[Floats] = []
-    for k in chosen.tolist():
+    for k in chosen:
         loop = surface.borders[k]
         if len(loop) == 3:
             faces.append(loop[::-1][None])
         else:
             faces.append(np.column_stack([np.roll(loop, -1), loop, np.full(len(loop), n + len(means))]))
             means.append(surface.vertices[loop].mean(0))
-    where = np.array([surface.vertices[surface.borders[k]].mean(0) for k in chosen.tolist()])
-    text = f"Closed {counted(len(chosen), 'border')} of up to {longest:.6g}, the longest {lengths[chosen].max():.6g}."
+    where = np.array([surface.vertices[surface.borders[k]].mean(0) for k in chosen])
+    text = f"Closed {counted(len(chosen), 'border')} {which}, the longest {lengths[chosen].max():.6g}."
     note = Note("FILLED", text, {"count": len(chosen), "longest": float(lengths[chosen].max())}, where)
     vertices = np.concatenate([surface.vertices, np.reshape(means, (-1, 3))])
     return replace(surface, vertices=vertices, faces=np.concatenate(faces), notes=(*surface.notes, note))

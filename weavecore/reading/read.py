@@ -108,8 +108,7 @@ def read_surface(
         Where a Rhino file has no unit.
     """
     fineness = {"edge_target": edge_target, "spacing": spacing}
-    if side not in (None, OUTER):
-        raise Unsupported(f"Unknown side {side!r}", remedy=f"Take {OUTER!r}, or omit it for the whole surface.")
+    _check_side(side)
     options: dict[str, Any] = {"layer": layer, "object": object, **fineness, "progress": progress}
     options["repairs"] = {"weld": weld, "fill_holes": fill_holes, "is_largest_only": largest, "side": side}
     if guarded:
@@ -147,6 +146,10 @@ def surface_from(
     edge_target: Optional[float] = None,
     spacing: Optional[float] = None,
     progress: Optional[Progress] = None,
+    weld: Optional[float] = None,
+    fill_holes: Optional[float] = None,
+    largest: bool = False,
+    side: Optional[str] = None,
 ) -> SurfaceMesh:
     """Make the surface of geometry in memory.
 
@@ -157,7 +160,7 @@ def surface_from(
         with ``vertices`` and ``faces``, as a trimesh.Trimesh.
     unit, tolerance, name
         As in `SurfaceMesh`.
-    cut_plane, edge_target, spacing, progress
+    cut_plane, edge_target, spacing, progress, weld, fill_holes, largest, side
         As in `read_surface`; lengths are in the unit of the geometry.
 
     Returns
@@ -169,8 +172,10 @@ def surface_from(
     Unsupported
         Where it is none of these; else as `read_surface`.
     """
+    _check_side(side)
     raw = _raw_from(geometry, edge_target=edge_target, spacing=spacing, tolerance=tolerance, progress=progress)
-    return repair(replace(raw, unit=unit, tolerance=tolerance, name=name), cut_plane=cut_plane)
+    options = RepairOptions(weld=weld, fill_holes=fill_holes, is_largest_only=largest, side=side)
+    return repair(replace(raw, unit=unit, tolerance=tolerance, name=name), cut_plane=cut_plane, options=options)
 
 
 def read_raw(
@@ -299,6 +304,11 @@ def _raw_from(
 
 def _raw_from_meshed(meshed: MeshedObject) -> RawMesh:
     return RawMesh(meshed.vertices, meshed.faces, notes=meshed.notes, n_borders_expected=meshed.n_borders_expected)
+
+
+def _check_side(side: Optional[str]) -> None:
+    if side not in (None, OUTER):
+        raise Unsupported(f"Unknown side {side!r}", remedy=f"Take {OUTER!r}, or omit it for the whole surface.")
 
 
 def _in_unit(length: Optional[LengthOrNumber], unit: str) -> Optional[float]:

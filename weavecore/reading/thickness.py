@@ -7,6 +7,9 @@ point q whose normal is opposed and which lies above or below p::
              |                 sideways no further than the points are apart, or half the height
         ─────p──↓──────
 
+The opposite side may be a piece of its own that faces the same way, n · n_q > 0.9: a shell without a rim, whose inner
+side was turned to face outwards, as closed pieces are.  There it must lie above or below rather than beside.
+
 Rods on two sides that are nearer than the spacing clash, and rings cannot turn in a tube that is no wider.  k-d tree:
 O(n log n) in the points, whose number is bounded.
 """
@@ -39,6 +42,12 @@ _FINE = 8.0
 
 _OPPOSED = -0.5
 """Greatest cosine between normals of two sides."""
+
+_ALIKE = 0.9
+"""Least cosine between normals of two pieces, one above the other."""
+
+_BESIDE = 2.0
+"""Of the height: how far sideways a point of such a piece may lie; more is a piece beside it, at an angle below 25°."""
 
 _ASLANT = 0.5
 """Of the height: how far sideways a point may lie."""
@@ -98,7 +107,7 @@ def measure_thickness(surface: SurfaceMesh, reach: float) -> Thickness:
     root = np.sqrt(u)
     weight = np.stack([1 - root, root * (1 - v), root * v], axis=1)
     points = np.einsum("nk,nkx->nx", weight, surface.vertices[surface.faces[face]])
-    normals = surface.face_normals[face]
+    normals, piece = surface.face_normals[face], surface.component_of_face[face]
     apart = 1.5 * np.sqrt(total / n)  # Random points leave gaps somewhat wider than a regular grid.
     asked = np.arange(0, n, max(1, n // _ASKED))
     thickness = np.full(len(asked), np.inf)
@@ -111,7 +120,9 @@ def measure_thickness(surface: SurfaceMesh, reach: float) -> Thickness:
         to = points[other] - points[block[row]]
         height = np.abs(np.einsum("ij,ij->i", to, normals[block[row]]))
         aside = np.sqrt(np.maximum(np.einsum("ij,ij->i", to, to) - height**2, 0))
-        hit = np.einsum("ij,ij->i", normals[other], normals[block[row]]) < _OPPOSED
+        cosine = np.einsum("ij,ij->i", normals[other], normals[block[row]])
+        is_other_piece = piece[other] != piece[block[row]]
+        hit = (cosine < _OPPOSED) | (is_other_piece & (cosine > _ALIKE) & (aside <= _BESIDE * height))
         hit &= (height < reach) & (aside <= np.maximum(apart, _ASLANT * height))
         np.minimum.at(thickness, start + row[hit], height[hit])
     return Thickness(points[asked], thickness)

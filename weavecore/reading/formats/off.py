@@ -16,6 +16,8 @@ from weavecore.reading.formats.text import damaged, in_line, shown, to_floats, t
 from weavecore.reading.polygon_triangulation import mesh_of_polygons
 from weavecore.reading.raw import RawMesh
 
+_KIND = re.compile(rb"(ST)?C?N?4?n?OFF")
+
 
 def read_off(data: bytes) -> RawMesh:
     """The mesh of the file; colours and normals are ignored.
@@ -37,24 +39,32 @@ def read_off(data: bytes) -> RawMesh:
         data = re.sub(rb"#[^\r\n]*", b"", data)
     numbered = [(k + 1, line) for k, line in enumerate(raw.strip() for raw in data.splitlines()) if line]
     lines, numbers = [line for _, line in numbered], [number for number, _ in numbered]
-    n_vertices, n_faces, first = _header(lines)
     try:
+        n_vertices, n_faces, first = _header(lines)
         if first + n_vertices + n_faces > len(lines):
             raise damaged(f"The header announces {n_vertices} vertices and {n_faces} faces, but the file has fewer")
         end = first + n_vertices
         vertices = to_points(lines[first:end], "vertex", numbers[first:end])
         corners, counts = _polygons(lines[end : end + n_faces], numbers[end : end + n_faces])
     except Unreadable:
-        found = _by_words(b" ".join(lines[first:]).split(), lines[0], n_vertices, n_faces)
+        words = b" ".join(lines).split()
+        # The number of edges may be missing.
+        found = _by_words(words, 4) or _by_words(words, 3)
         if found is None:
             raise
         vertices, corners, counts = found
     return mesh_of_polygons(vertices, corners, counts)
 
 
-def _by_words(words: list[bytes], kind: bytes, n_vertices: int, n_faces: int) -> tuple[Floats, Ints, Ints] | None:
-    """Vertices, corners and counts of a file whose lines break anywhere; None where the words do not add up."""
-    name = kind.split()[0]
+def _by_words(words: list[bytes], first: int) -> tuple[Floats, Ints, Ints] | None:
+    """Vertices, corners and counts of a file whose lines break anywhere; None where the words do not add up.
+
+    The vertices begin at the word ``first``.
+    """
+    if len(words) < first or not _KIND.fullmatch(words[0]) or not (words[1].isdigit() and words[2].isdigit()):
+        return None
+    n_vertices, n_faces = to_ints(words[1:3], "header").tolist()
+    name, words = words[0], words[first:]
     width = 3 + 3 * (b"N" in name) + 4 * (b"C" in name) + 2 * (b"ST" in name)
     at = n_vertices * width
     if at > len(words):
@@ -76,7 +86,7 @@ def _by_words(words: list[bytes], kind: bytes, n_vertices: int, n_faces: int) ->
 def _header(lines: list[bytes]) -> tuple[int, int, int]:
     """Numbers of vertices and faces, and the line where the vertices begin."""
     words = lines[0].split() if lines else []
-    if not words or not re.fullmatch(rb"(ST)?C?N?4?n?OFF", words[0]):
+    if not words or not _KIND.fullmatch(words[0]):
         raise damaged(f"The file does not begin with OFF, but with {shown(lines[0] if lines else b'')}")
     if b"4" in words[0] or b"n" in words[0] or b"BINARY" in words:
         raise Unsupported(

@@ -236,12 +236,14 @@ class _BinaryBody:
 
     def _alike(self, element: _Element) -> NDArray[np.void] | None:
         """The elements as a table, if each of their lists is as long as that of the first element."""
+        if element.count == 0:
+            return None
         lengths = self._first_lengths(element)
         if any(n > len(self._data) for n in lengths.values()):
             return None
         row = self._row_type(element, lengths)
         size = row.itemsize * element.count
-        if element.count == 0 or self._at + size > len(self._data):
+        if self._at + size > len(self._data):
             return None
         table = self._data[self._at : self._at + size].view(row)
         if any((table[f"n{k}"] != n).any() for k, n in lengths.items()):
@@ -251,7 +253,7 @@ class _BinaryBody:
 
     def _first_lengths(self, element: _Element) -> dict[int, int]:
         lengths, at = dict[int, int](), self._at
-        for k, p in enumerate(element.properties if element.count else ()):
+        for k, p in enumerate(element.properties):
             if p.length_kind:
                 lengths[k] = self._number(at, p.length_kind)
                 at += np.dtype(p.length_kind).itemsize + (lengths[k] - 1) * np.dtype(p.kind).itemsize
