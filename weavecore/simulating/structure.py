@@ -43,6 +43,10 @@ class Forces:
     tie: Floats
 
 
+NO_RELAXATION = 1
+"""SuperLU's `relax`: by default it pads small subtrees of the elimination tree to dense blocks, which takes up to 14
+times as long for rods of many segments, whose subtrees are chains."""
+
 NO_SCISSORS = Scissors(np.zeros((0, 4), np.int64), np.zeros(0), np.zeros(0))
 
 
@@ -100,7 +104,9 @@ class Structure:
         degrees = np.asarray(-graph.sum(axis=1)).ravel()
         dominant = (graph + diags(degrees + 2.0)).tocsc()
         options = {"SymmetricMode": True}
-        factors = splu(dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        factors = splu(
+            dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options=options
+        )
         order: Ints = np.argsort(factors.perm_c).astype(np.int64)
         return order
 
