@@ -1,7 +1,9 @@
 """Build the Grasshopper plugin: ``python ghpython_components/build.py -o FOLDER``.
 
 Writes a ``.ghuser`` file for each component, the definition ``weave_workflow`` as ``.gh`` and ``.ghx``, and the
-package for Rhino's package manager.  No Rhino is needed, and the same sources give the same bytes.
+package for Rhino's package manager, which brings the Python package weavecore along.  With ``--wheels FOLDER`` it
+brings the wheels of NumPy and SciPy in that folder too, and its scripts ask Rhino to install nothing.
+No Rhino is needed, and the same sources give the same bytes.
 """
 
 from __future__ import annotations
@@ -13,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from grasshopper_files.archive import encode_archive
-from grasshopper_files.components import encode_user_object, read_components
+from grasshopper_files.components import encode_user_object, read_components, without_requirements
 from grasshopper_files.definition import NAME, definition
+from grasshopper_files.library import library_files, system_of
 from grasshopper_files.package import encode_package
 from grasshopper_files.xml_archive import encode_xml
 
@@ -40,9 +43,9 @@ def sample() -> Any:
     return model.Objects[0].Geometry
 
 
-def build() -> dict[str, bytes]:
-    """All files of the plugin by their names."""
-    components = read_components(HERE)
+def build(wheels: Sequence[Path] = ()) -> dict[str, bytes]:
+    """All files of the plugin by their names, with the wheels of NumPy and SciPy that the package is to bring along."""
+    components = [without_requirements(one) if wheels else one for one in read_components(HERE)]
     objects = {f"{one.folder}.ghuser": encode_user_object(one) for one in components}
     workflow = definition({one.folder: one for one in components}, sample())
     definitions = {f"{NAME}.gh": encode_archive(workflow), f"{NAME}.ghx": encode_xml(workflow)}
@@ -52,17 +55,20 @@ def build() -> dict[str, bytes]:
         "misc/README.md": (ROOT / "docs" / "grasshopper.md").read_bytes(),
     }
     icon = (HERE / "package_icon.png").read_bytes()
-    package = {f"weavecore-{version()}-rh8-any.yak": encode_package(version(), icon, {**objects, **extras})}
-    return {**objects, **definitions, **package}
+    library = library_files(ROOT / "weavecore", version(), wheels)
+    package = encode_package(version(), icon, {**objects, **extras, **library})
+    return {**objects, **definitions, f"weavecore-{version()}-rh8-{system_of(wheels)}.yak": package}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the plugin into a folder."""
     parser = argparse.ArgumentParser(description="Build the Grasshopper plugin.")
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="FOLDER", help="where the files go")
-    folder = parser.parse_args(arguments).out
+    parser.add_argument("--wheels", type=Path, metavar="FOLDER", help="wheels of NumPy and SciPy to bring along")
+    given = parser.parse_args(arguments)
+    folder = given.out
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in build().items():
+    for name, content in build(sorted(given.wheels.glob("*.whl")) if given.wheels else ()).items():
         (folder / name).write_bytes(content)
         print(f"{name}: {len(content):,} bytes")
 

@@ -1,13 +1,4 @@
-# r: weavecore>=0.1
-# venv: weavecore
 """Takes a variant from the table of an exploration."""
-
-# Rhino writes its own names of types into the signature of RunScript, and looks them up in these modules.
-import Grasshopper
-import Rhino
-import scriptcontext
-import System
-import System.Collections.Generic
 
 from weavecore import canvas
 

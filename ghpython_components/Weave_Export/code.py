@@ -1,13 +1,4 @@
-# r: weavecore>=0.1
-# venv: weavecore
 """Writes the result of any stage to a file, by the file's ending."""
-
-# Rhino writes its own names of types into the signature of RunScript, and looks them up in these modules.
-import Grasshopper
-import Rhino
-import scriptcontext
-import System
-import System.Collections.Generic
 
 from weavecore import canvas
 

@@ -1,13 +1,4 @@
-# r: weavecore>=0.1
-# venv: weavecore
 """Finds where the rods come to rest, and the forces in them."""
-
-# Rhino writes its own names of types into the signature of RunScript, and looks them up in these modules.
-import Grasshopper
-import Rhino
-import scriptcontext
-import System
-import System.Collections.Generic
 
 import weavecore as wc
 from weavecore import canvas

@@ -1,13 +1,4 @@
-# r: weavecore>=0.1
-# venv: weavecore
 """Lays rods over and under each other along the lattice."""
-
-# Rhino writes its own names of types into the signature of RunScript, and looks them up in these modules.
-import Grasshopper
-import Rhino
-import scriptcontext
-import System
-import System.Collections.Generic
 
 import weavecore as wc
 from weavecore import canvas

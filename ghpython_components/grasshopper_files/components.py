@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import base64
 import json
 import uuid
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,9 @@ SCRIPT_COMPONENT = "c9b2d725-6f87-4b07-af90-bd9aefef68eb"
 SCRIPT_PARAMETER = "08908df5-fa14-4982-9ab2-1aa0927566aa"
 PINNED = uuid.uuid5(uuid.NAMESPACE_URL, "weavecore:grasshopper")
 """All ids that are not Grasshopper's own are made from this one and a name, so that every build has the same."""
+
+HEADER = Path(__file__).resolve().parents[1] / "header.py"
+"""What every script begins with."""
 
 ACCESS = {"item": 0, "list": 1, "tree": 2}
 WIRES = {"default": 0, "faint": 1, "hidden": 2}
@@ -83,9 +87,27 @@ def pinned_id(*names: object) -> uuid.UUID:
 
 def read_component(folder: Path) -> Component:
     """Read a component from its folder; ends of lines are those of the repository, whatever the machine."""
-    code = (folder / "code.py").read_text("utf-8")
+    code = with_header((folder / "code.py").read_text("utf-8"))
     metadata = json.loads((folder / "metadata.json").read_text("utf-8"))
     return Component(folder.name, code, (folder / "icon.png").read_bytes(), metadata)
+
+
+def with_header(code: str) -> str:
+    """A script with what all scripts begin with: requirements, Rhino's modules, and the way to weavecore.
+
+    The requirements come first, where Rhino looks for them, and the script's docstring after them.
+    """
+    header = HEADER.read_text("utf-8").splitlines()
+    n = next(i for i, line in enumerate(header) if not line.startswith("#"))
+    lines = code.splitlines()
+    end = ast.parse(code).body[0].end_lineno
+    return "\n".join([*header[:n], *lines[:end], *header[n:], *lines[end:], ""])
+
+
+def without_requirements(component: Component) -> Component:
+    """A component whose script asks Rhino to install nothing."""
+    lines = [line for line in component.code.splitlines() if not line.startswith(("# r: ", "# venv: "))]
+    return replace(component, code="\n".join([*lines, ""]))
 
 
 def read_components(home: Path) -> list[Component]:

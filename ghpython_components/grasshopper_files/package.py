@@ -14,8 +14,8 @@ authors:
 - The weavecore authors
 description: >
   Grasshopper components that turn a freeform surface into a structure woven from rods:
-  surface, offset, link, strands, export. They run in Rhino 8 and install the Python
-  package weavecore when they are first used.
+  surface, offset, link, strands, simulate, fabricate, export. They run in Rhino 8 and bring
+  the Python package weavecore along; NumPy and SciPy are installed when they are first used.
 icon: icon.png
 keywords:
 - weaving

@@ -13,6 +13,8 @@ from typing import Any, Callable
 
 import rhino3dm
 
+from grasshopper_files.components import with_header
+
 COMPONENTS = Path(__file__).resolve().parents[2] / "ghpython_components"
 FOLDERS = sorted(path.parent for path in COMPONENTS.glob("*/metadata.json"))
 NAMES = [folder.name for folder in FOLDERS]
@@ -222,7 +224,7 @@ def run_component(name: str, *, component: Component | None = None, is_rewritten
     assert set(inputs) <= set(names)
     component = component or Component(names, wired=list(inputs))
     outputs = [p["name"] for p in parameters_of(folder, "output")]
-    source = (folder / "code.py").read_text("utf-8")
+    source = with_header((folder / "code.py").read_text("utf-8"))
     source = rewritten(source, parameters) if is_rewritten else source
     return run_script(source, component, [inputs.get(n) for n in names], outputs, name=str(folder / "code.py"))
 

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import rhino3dm
 
-import build
 import rhino_shapes
 from ghpython.stubs import (
     COMPONENTS,
@@ -31,7 +30,7 @@ from ghpython.stubs import (
     run_script,
     run_script_of,
 )
-from grasshopper_files.components import ACCESS, HINTS
+from grasshopper_files.components import ACCESS, HINTS, read_component, without_requirements
 from weavecore import pipeline
 from weavecore.exploring import Row
 from weavecore.exploring.evaluate import BEND, DIAMETER, ENDS, RODS
@@ -54,7 +53,7 @@ NEEDS = {
 
 
 def source_of(name: str) -> str:
-    return (COMPONENTS / name / "code.py").read_text("utf-8")
+    return read_component(COMPONENTS / name).code
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -82,14 +81,15 @@ def test_another_hint_or_access_that_is_chosen_on_the_canvas_leaves_a_script_tha
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_script_is_one_of_python_3_9_and_installs_weavecore(name: str) -> None:
+def test_the_script_is_one_of_python_3_9_and_asks_rhino_for_published_packages_alone(name: str) -> None:
     source = source_of(name)
     ast.parse(source, feature_version=(3, 9))
-    requirement, environment = source.splitlines()[:2]
-    bound = re.fullmatch(r"# r: weavecore>=(\d+\.\d+)", requirement)
-    assert bound
-    assert build.version().startswith(bound[1] + "."), "Rhino would install a weavecore that has not what is called"
+    *required, environment = source.splitlines()[:3]
     assert environment == "# venv: weavecore"
+    for line in required:
+        package, bound = re.fullmatch(r"# r: (numpy|scipy)>=(\d+\.\d+)", line).groups()  # type: ignore[union-attr]
+        assert f'"{package}>={bound}"' in (COMPONENTS.parent / "pyproject.toml").read_text("utf-8")
+    assert "# r: " not in without_requirements(read_component(COMPONENTS / name)).code
 
 
 @pytest.mark.parametrize("name", NAMES)
