@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
 
-from planar_meshes import plate
 from weavecore import pipeline
 from weavecore.geometry.arrays import next_in_loop, rows_of
-from weavecore.model import SurfaceMesh, Weave
+from weavecore.model import Weave
 from weavecore.model.lattice import LATITUDINAL
-
-TONGUE = [(0, 0), (320, 0), (320, 200), (195, 200), (195, 380), (125, 380), (125, 200), (0, 200)]
-"""A plate with a tongue of 70 x 180."""
-
-SQUARE = [(0, 0), (240, 0), (240, 240), (0, 240)]
+from woven_plates import woven_plate
 
 PATTERNS = ["triangular", "plain", "kagome"]
-
-
-@cache
-def woven(shape: str, pattern: str) -> Weave:
-    vertices, faces = plate([np.array(TONGUE if shape == "tongue" else SQUARE, float)], edge=10.0)
-    if shape == "saddle":
-        x, y = (vertices[:, :2] - 120.0).T
-        vertices = np.c_[vertices[:, :2], (x**2 - y**2) / 300.0]
-    latitudes = pipeline.offset(SurfaceMesh(vertices, faces, unit="Millimeters"), spacing=20.0)
-    return pipeline.weave(pipeline.link(latitudes, pattern=pattern))
 
 
 def turns_of(weave: Weave) -> np.ndarray:
@@ -47,19 +30,19 @@ def turns_of(weave: Weave) -> np.ndarray:
 @pytest.mark.parametrize("pattern", PATTERNS)
 @pytest.mark.parametrize("shape", ["tongue", "square", "saddle"])
 def test_no_rod_turns_by_more_than_45_degrees_at_a_joint(shape: str, pattern: str) -> None:
-    assert turns_of(woven(shape, pattern)).max() <= 45.0
+    assert turns_of(woven_plate(shape, pattern)).max() <= 45.0
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 @pytest.mark.parametrize("shape", ["tongue", "square", "saddle"])
 def test_nearly_all_rods_bend_in_the_diameter_that_is_chosen(shape: str, pattern: str) -> None:
-    weave = woven(shape, pattern)
+    weave = woven_plate(shape, pattern)
     assert len(weave.bending.violations) <= max(1, 0.04 * len(weave))
 
 
 @pytest.mark.parametrize("pattern", ["triangular", "plain"])
 def test_rings_that_would_turn_round_a_tongue_are_broken_at_its_tip(pattern: str) -> None:
-    weave = woven("tongue", pattern)
+    weave = woven_plate("tongue", pattern)
     rings = np.flatnonzero(weave.strands.family == LATITUDINAL)
     at_tip = weave.lattice.nodes[:, 1] > 310.0
     reach = np.array([at_tip[weave.strands.strand(s)].any() for s in rings.tolist()])

@@ -20,7 +20,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
@@ -109,7 +109,8 @@ def lay_axes(
         Unit normal at each node, common to the rods that pass it.
     """
     outward = surface_normals(lattice)
-    fit = fit_axes(lattice, strands, joints, diameters, outward, centred_on_rings=centred_on_rings)
+    has_tips = np.ones(len(joints.contacts), bool)
+    fit = fit_axes(lattice, strands, joints, diameters, outward, centred_on_rings=centred_on_rings, has_tips=has_tips)
     return draw_axes(lattice, strands, fit, overhang * diameters), fit.normals
 
 
@@ -121,6 +122,7 @@ def fit_axes(
     outward: Floats,
     *,
     centred_on_rings: bool,
+    has_tips: Bools,
     start: Optional[tuple[Floats, Floats]] = None,
 ) -> Fit:
     """Fit the axes of the rods, which `draw_axes` makes `RodAxes` of.
@@ -131,6 +133,8 @@ def fit_axes(
         As of `lay_axes`.
     outward : (N, 3) float64
         From `surface_normals`.
+    has_tips : (C,) bool
+        At which contacts of the joints there must be room for rods that run on beyond their ends.
     start : tuple, optional
         Widening (C,) and normals (N, 3) of a fit of like rods, from which fewer rounds lead to the end.
 
@@ -144,7 +148,7 @@ def fit_axes(
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
     points, rows, normals = _settle(lattice, strands, offsets, normals, outward, rounds)
     for _ in range(_SHIFT_ROUNDS):
-        gaps = gaps_at_joints(points, rows, strands, joints, apart)
+        gaps = gaps_at_joints(points, rows, strands, joints, apart, has_tips)
         wrong = np.abs(gaps / apart - 1.0) > _ENOUGH
         # Shifts that are as small or as large as they may be stay so.
         wanted = np.clip(shifts * apart / np.maximum(gaps, apart / 2.0), apart, _MOST_SHIFT * apart)

@@ -32,10 +32,10 @@ _OWN_REACH = 4.0
 _LITTLE_TURN = 1.0
 """Radians; half of them leave the two ends of four diameters of a rod three and a half diameters apart."""
 
-REACH = 3.0
+REACH = 5.0
 """The nearest places are looked for so many diameters along each rod, and no further than half an edge."""
 
-_PIECES = 5
+_PIECES = 6
 """Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
 
 _CONTACTS_AT_ONCE = 4096
@@ -180,7 +180,9 @@ def _split(cubics: _Cubics, chunks: _Chunks, pairs: Ints, size: int) -> tuple[_C
     return parts, found[found[:, 0] <= found[:, 1]]
 
 
-def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: Joints, apart: Floats) -> Floats:
+def gaps_at_joints(
+    points: Floats, rows: SplineRows, strands: Strands, joints: Joints, apart: Floats, has_tips: Bools
+) -> Floats:
     """Least distance (C,) between the axes of the two rods of each contact, near the joint.
 
     Parameters
@@ -192,6 +194,8 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
     joints : Joints
     apart : (C,) float64
         Mean diameter of the two rods.
+    has_tips : (C,) bool
+        Whether rods that end at the joint are taken to run on straight beyond it.
     """
     visits = joints.visit[joints.contacts]
     spans = _Spans(points, rows, strands)
@@ -199,7 +203,8 @@ def gaps_at_joints(points: Floats, rows: SplineRows, strands: Strands, joints: J
     for begin in each(range(0, len(visits), _CONTACTS_AT_ONCE)):
         part = slice(begin, begin + _CONTACTS_AT_ONCE)
         reach = REACH * apart[part]
-        least[part] = _least_distances(*(spans.around(v, reach) for v in visits[part].T))
+        beyond = np.where(has_tips[part], reach, 0.0)
+        least[part] = _least_distances(*(spans.around(v, reach, beyond) for v in visits[part].T))
     return least
 
 
@@ -230,16 +235,20 @@ class _Spans:
         rise = points[stop] - points[start]
         slope, last = width * rows.derivatives[start], width * rows.derivatives[stop]
         self._points = points
+        speed = np.linalg.norm(rows.derivatives, axis=1, keepdims=True)
+        self._tangents = rows.derivatives / np.maximum(speed, np.finfo(float).tiny)
         self._coefficients = (points[start], slope, 3.0 * rise - 2.0 * slope - last, slope + last - 2.0 * rise)
 
-    def around(self, visits: Ints, reach: Floats) -> Floats:
-        """Points (k, 2 · pieces + 1, 3) along the axes on both sides of visits; at an end of a rod they stay there."""
+    def around(self, visits: Ints, reach: Floats, beyond: Floats) -> Floats:
+        """Points (k, 2 · pieces + 1, 3) on both sides of visits, and ``beyond`` the end of a rod straight on."""
         steps = (np.arange(_PIECES + 1) / _PIECES) ** 2
+        straight = (beyond[:, None] * steps)[:, :, None] * self._tangents[visits][:, None]
         sides = []
         for span, is_ahead in ((self._behind[visits], False), (self._ahead[visits], True)):
             part = np.minimum(reach / self._width[span], 0.5)[:, None] * steps
             t = (part if is_ahead else 1.0 - part)[:, :, None]
             first, second, third, fourth = (one[span][:, None] for one in self._coefficients)
             place = ((fourth * t + third) * t + second) * t + first
-            sides.append(np.where((span >= 0)[:, None, None], place, self._points[visits][:, None]))
+            tip = self._points[visits][:, None] + (straight if is_ahead else -straight)
+            sides.append(np.where((span >= 0)[:, None, None], place, tip))
         return np.concatenate([sides[0][:, :0:-1], sides[1]], axis=1)

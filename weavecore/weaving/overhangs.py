@@ -1,4 +1,4 @@
-"""How far the free ends of rods run past their outermost ties: `with_overhangs`.
+"""How far the free ends of rods run past their outermost ties, as asked for or as far as there is room.
 
 ::
 
@@ -16,11 +16,17 @@ from dataclasses import replace
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import rows_of
+from weavecore.geometry.arrays import Floats, dots, rows_of
 from weavecore.geometry.splines import SplineRows, as_b_splines
-from weavecore.model.rod_axes import tip_parameters, with_tips
+from weavecore.model.joints import Clashes
+from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
 from weavecore.model.weave import Weave
 from weavecore.weaving.clearance import find_clashes
+
+_LEAST, _GAP = 5.0, 2.0
+"""Diameters: an overhang that is shortened keeps the first, and ends at least the second before the nearest place."""
+_MOST_ROUNDS = 4
+"""Each round shortens an overhang by two diameters or more, so that three lead from ten to the least length."""
 
 
 def with_overhangs(weave: Weave, overhang: float) -> Weave:
@@ -43,8 +49,60 @@ def with_overhangs(weave: Weave, overhang: float) -> Weave:
     """
     if not 0.0 <= overhang < np.inf:
         raise Unsupported(f"An overhang must not be negative (got {overhang:g})", remedy="Change the overhang.")
-    axes, strands = weave.axes, weave.strands
-    overhangs = np.where(axes.closed[:, None], 0.0, np.full((len(axes.closed), 2), overhang))
+    axes = weave.axes
+    longer = _with_lengths(axes, np.full((len(axes), 2), overhang))
+    gained = longer.overhangs[:, 0] - axes.overhangs[:, 0]
+    bending = replace(weave.bending, station_at_min=weave.bending.station_at_min + gained)
+    return replace(weave, axes=longer, bending=bending, clashes=find_clashes(longer, weave.diameters))
+
+
+def clear_overhangs(axes: RodAxes, diameters: Floats) -> tuple[RodAxes, Clashes]:
+    """Shorten overhangs that run into other rods, as far as a tie still holds.
+
+    Parameters
+    ----------
+    axes : RodAxes
+    diameters : (S,) float64
+        Of the rods, in the model's unit.
+
+    Returns
+    -------
+    axes : RodAxes
+    clashes : Clashes
+        What is left.
+    """
+    clashes = find_clashes(axes, diameters)
+    for _ in range(_MOST_ROUNDS):
+        overhangs = _shorter(axes, diameters, clashes)
+        if np.array_equal(overhangs, axes.overhangs):
+            break
+        axes = _with_lengths(axes, overhangs)
+        clashes = find_clashes(axes, diameters)
+    return axes, clashes
+
+
+def _shorter(axes: RodAxes, diameters: Floats, clashes: Clashes) -> Floats:
+    """Overhangs (S, 2) that end before the places where they clash."""
+    overhangs = axes.overhangs.copy()
+    strand, place = clashes.strands.ravel(), np.repeat(clashes.point, 2, axis=0)
+    diameter = diameters[strand]
+    for end, way in ((0, -1.0), (1, 1.0)):
+        outermost = axes.offsets[strand] if end == 0 else axes.offsets[strand + 1] - 1
+        slope = way * axes.derivatives[outermost]
+        along = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny)
+        beyond = place - axes.points[outermost]
+        reach = dots(beyond, along)
+        aside = np.linalg.norm(beyond - reach[:, None] * along, axis=1)
+        now = axes.overhangs[strand, end]
+        is_tip = (reach > 0.0) & (reach < now + diameter) & (aside < diameter)
+        room = np.clip(reach - _GAP * diameter, np.minimum(_LEAST * diameter, now), now)
+        np.minimum.at(overhangs[:, end], strand[is_tip], room[is_tip])
+    return overhangs
+
+
+def _with_lengths(axes: RodAxes, overhangs: Floats) -> RodAxes:
+    """The axes with other overhangs (S, 2); rings have none."""
+    overhangs = np.where(axes.closed[:, None], 0.0, overhangs)
     gained = overhangs - axes.overhangs
     # The splines between the outermost visits, whose parameters begin at 0.
     first, last = axes.offsets[:-1], axes.offsets[1:] - 1
@@ -55,7 +113,7 @@ def with_overhangs(weave: Weave, overhang: float) -> Weave:
     drawn = as_b_splines(
         SplineRows(tipped.derivatives, tipped.parameters, ends), tipped.points, tipped.offsets, axes.closed
     )
-    longer = replace(
+    return replace(
         axes,
         parameters=parameters,
         ends=ends,
@@ -64,8 +122,6 @@ def with_overhangs(weave: Weave, overhang: float) -> Weave:
         knots=drawn.knots,
         control_offsets=drawn.control_offsets,
         controls=drawn.controls,
-        stations=axes.stations + gained[rows_of(strands.offsets), 0],
+        stations=axes.stations + gained[rows_of(axes.offsets), 0],
         lengths=axes.lengths + gained.sum(axis=1),
     )
-    bending = replace(weave.bending, station_at_min=weave.bending.station_at_min + gained[:, 0])
-    return replace(weave, axes=longer, bending=bending, clashes=find_clashes(longer, weave.diameters))

@@ -16,7 +16,7 @@ from typing import Callable, Optional, Union
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.model.bending import Material
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import FAMILIES, LONGITUDINAL, POCKET, Lattice
@@ -27,9 +27,9 @@ from weavecore.weaving.axes import OVERHANG_DIAMETERS, Fit, draw_axes, fit_axes,
 from weavecore.weaving.bending import Sharpest, find_sharpest, material_named, measure_bending
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
-from weavecore.weaving.clearance import find_clashes
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
+from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, choose_diameter, next_thinner, stock_diameters
 from weavecore.weaving.strands import find_strands
 
@@ -46,6 +46,9 @@ one that snaps is worse."""
 _MOST_SHARP = 0.5
 """Share of the joints at which the thinnest rods of the stock may be too sharply bent to be broken there.  Beyond it,
 broken rods would be pieces of a few joints each, and hold nothing: they stay whole, and exceed the allowable stress."""
+
+_MOST_TIP_ROUNDS = 6
+"""Rounds in which joints of rods that bend too much get their tips back."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -101,8 +104,10 @@ def weave_lattice(
     strands = find_strands(lattice)
     report(0.3, "bending the rods")
     bent = woven.bend_in_stock(strands, stock) if by_family is None else woven.bend(strands, by_family)
+    bent = woven.make_room_for_tips(bent)
     report(0.8, "measuring")
     axes = draw_axes(lattice, bent.strands, bent.fit, OVERHANG_DIAMETERS * bent.diameters)
+    axes, clashes = clear_overhangs(axes, bent.diameters)
     normals = bent.fit.normals
     bending, _ = measure_bending(axes, normals[bent.strands.nodes], diameters=bent.diameters, material=stuff)
     return Weave(
@@ -117,7 +122,7 @@ def weave_lattice(
         material=stuff,
         over_under=style.name,
         conflicts=bent.order.conflicts,
-        clashes=find_clashes(axes, bent.diameters),
+        clashes=clashes,
     )
 
 
@@ -138,8 +143,8 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
     style = style_named(weave.over_under)
     diameters = weave.diameters
     axes, normals = lay_axes(lattice, weave.strands, weave.joints, diameters, centred_on_rings=style.name == STACKED)
+    axes, clashes = clear_overhangs(axes, diameters)
     bending, _ = measure_bending(axes, normals[weave.strands.nodes], diameters=diameters, material=weave.material)
-    clashes = find_clashes(axes, diameters)
     return replace(weave, lattice=lattice, axes=axes, normals=normals, bending=bending, clashes=clashes)
 
 
@@ -169,10 +174,17 @@ class _Woven:
         """Unit normals (N, 3) of the lattice."""
         return surface_normals(self.lattice)
 
-    def bend(self, strands: Strands, by_family: Floats, like: Optional[_Bent] = None) -> _Bent:
+    def bend(
+        self,
+        strands: Strands,
+        by_family: Floats,
+        like: Optional[_Bent] = None,
+        has_tips: Optional[Bools] = None,
+    ) -> _Bent:
         """Lay rods of diameters (3,) by their family over and under each other and measure how they are bent.
 
         What is known of ``like`` rods, those of another diameter or before they are broken, is where the fit starts.
+        Ends of rods run on beyond their joints at the contacts that have tips (C,), by default none.
         """
         lattice = self.lattice
         diameters = _of_rods(by_family, strands)
@@ -190,6 +202,7 @@ class _Woven:
             diameters,
             self.outward,
             centred_on_rings=self.style.name == STACKED,
+            has_tips=np.zeros(len(order.joints.contacts), bool) if has_tips is None else has_tips,
             start=None if like is None else (_widening(order.joints, like), like.fit.normals),
         )
         shift = fit.layer_offsets[:, None] * fit.normals[strands.nodes]
@@ -226,6 +239,19 @@ class _Woven:
             if not breaks.any():
                 break
             bent = self.bend(break_strands(bent.strands, breaks), bent.by_family, like=bent)
+        return bent
+
+    def make_room_for_tips(self, bent: _Bent) -> _Bent:
+        """Widen the joints at which rods end until tips pass the other rods, where that bends none too much."""
+        joints = bent.order.joints
+        has_tips = np.ones(len(joints.contacts), bool)
+        for _ in range(_MOST_TIP_ROUNDS):
+            wider = self.bend(bent.strands, bent.by_family, like=bent, has_tips=has_tips)
+            before, now = bent.sharpest.utilisation, wider.sharpest.utilisation
+            is_worse = (now > 1.0) & (now > before)
+            if not is_worse.any():
+                return wider
+            has_tips &= ~is_worse[joints.strand[joints.contacts]].any(axis=1)
         return bent
 
 

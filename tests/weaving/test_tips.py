@@ -1,0 +1,46 @@
+"""Ends of rods run on past the others at their joint: there is room for them, or they are shorter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from weavecore.model import Weave
+from weavecore.weaving.axes import OVERHANG_DIAMETERS
+from weavecore.weaving.overhangs import clear_overhangs, with_overhangs
+from woven_plates import woven_plate
+from woven_rods import woven_sample
+
+
+def room_beside_ends(weave: Weave) -> np.ndarray:
+    """(S, 2) the length of the edge beside each end."""
+    first, last = weave.strands.offsets[:-1], weave.strands.offsets[1:] - 1
+    points = weave.axes.points
+    return np.linalg.norm(np.stack([points[first + 1] - points[first], points[last] - points[last - 1]], 1), axis=2)
+
+
+@pytest.mark.parametrize("pattern", ["triangular", "plain"])
+def test_rods_that_are_broken_around_a_tongue_pass_each_other(pattern: str) -> None:
+    weave = woven_plate("tongue", pattern)
+    assert weave.n_ends_inside > 50
+    assert len(weave.clashes) == 0
+
+
+def test_an_overhang_that_clashes_is_shortened_to_five_diameters_at_least() -> None:
+    weave = woven_plate("saddle", "kagome")
+    long = with_overhangs(weave, OVERHANG_DIAMETERS * weave.rod_diameter)
+    axes, clashes = clear_overhangs(long.axes, long.diameters)
+    shorter = axes.overhangs < long.axes.overhangs - 1e-12
+    assert shorter.any()
+    assert len(clashes) < len(long.clashes)
+    assert axes.overhangs[shorter].min() >= 5.0 * weave.rod_diameter - 1e-9
+    rods = np.flatnonzero(shorter.any(axis=1))
+    assert np.isin(rods, long.clashes.strands).all()
+
+
+def test_all_other_overhangs_are_of_ten_diameters_or_two_fifths_of_the_edge() -> None:
+    weave = woven_sample("hemisphere", "plain")
+    open_ = ~weave.strands.closed
+    usual = np.minimum(OVERHANG_DIAMETERS * weave.rod_diameter, 0.4 * room_beside_ends(weave))
+    assert np.allclose(weave.axes.overhangs[open_], usual[open_])
+    assert (weave.axes.overhangs[~open_] == 0.0).all()
