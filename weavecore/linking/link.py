@@ -38,11 +38,13 @@ from weavecore.linking.kagome import kagome_lattice
 from weavecore.linking.node_counts import count_nodes
 from weavecore.linking.patterns import PATTERNS, Pattern, pattern_named
 from weavecore.linking.ring_to_parent import DividedPolylines, join_rings_to_parents
-from weavecore.linking.small_rings import leave_out_small_rings
+from weavecore.linking.small_rings import FEWEST_EDGES, leave_out_small_rings
 from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 from weavecore.model.lattice_fit import inverted_faces
+from weavecore.model.rod_ends import count_short_rods
+from weavecore.model.rod_pairing import pair_darts
 from weavecore.texts import rough_count
 
 Progress = Optional[Callable[[float, str], None]]
@@ -60,6 +62,20 @@ _OTHER_DIVISIONS = ((1.0, 1.0), (0.93, 1.0), (1.07, 1.0), (0.87, 1.0), (0.8, 1.0
 lie inverted: a few nodes more or less often suffice for a fold."""
 _MOST_NODES_TO_DIVIDE_AGAIN = 5_000
 """Larger lattices, which take seconds to divide, are divided once."""
+_FEW_SHORT = 0.01
+"""Share of the rods that may have fewer than four joints before latitudes are divided in other ways for their sake."""
+_AGAINST_SHORT_RODS: tuple[tuple[Optional[bool], Optional[float], Optional[float]], ...] = (
+    (True, None, None),
+    (True, 1.25, None),
+    (False, 1.25, None),
+    (False, 1.6, None),
+    (None, None, 13.0),
+)
+"""Other divisions: whether counts are in balance where rings split, the factor by which they may be off, and the edges
+of the least ring that is kept.  One after the other is tried with what was best before it, which None keeps."""
+_MOST_UNEVEN = 3.5
+"""Longest edge over the shortest, up to which a division may be chosen for the sake of short rods: smoothing evens it
+to less than 3."""
 _MOST_REVERTS = 8
 """Rounds in which nodes of faces that smoothing inverts move back, and with them those of their neighbours."""
 
@@ -159,10 +175,7 @@ def link_pattern(
         As `link_latitudes`.
     """
     if known_pattern(pattern) in PATTERNS:
-        wanted = PATTERNS[pattern].edge_per_spacing * latitudes.spacing if edge_length is None else edge_length
-        kept = leave_out_small_rings(latitudes, wanted)
-        lattice = link_latitudes(kept.latitudes, edge_length=edge_length, pattern=pattern, progress=progress)
-        lattice = kept.restore(lattice)
+        lattice = _linked_with_few_short_rods(latitudes, edge_length, PATTERNS[pattern], progress)
         return _without_new_inversions(lattice, smooth_bending(lattice, free_rings=free_rings))
     made = DERIVED[pattern]
 
@@ -174,6 +187,45 @@ def link_pattern(
     )
     lattice = derive(base)
     return _without_new_inversions(lattice, smooth_bending(lattice))
+
+
+def _linked_with_few_short_rods(
+    latitudes: Latitudes, edge_length: Optional[float], design: Pattern, progress: Progress
+) -> Lattice:
+    """The lattice without small rings, divided in other ways too where many rods are short: the best of these."""
+    length = _edge_length(latitudes, edge_length, design)
+
+    def link(design: Pattern, fewest: float) -> tuple[Lattice, tuple[int, int], float]:
+        kept = leave_out_small_rings(latitudes, length, fewest=fewest)
+        lattice = kept.restore(_link_design(kept.latitudes, length, design, None, progress))
+        short, n_rods = count_short_rods(pair_darts(lattice))
+        return lattice, (len(inverted_faces(lattice)), short), short / max(n_rods, 1)
+
+    fewest = FEWEST_EDGES
+    lattice, count, share = link(design, fewest)
+    widest = max(_MOST_UNEVEN, _unevenness(lattice))
+    for balances, tolerance, other_fewest in _AGAINST_SHORT_RODS:
+        if share <= _FEW_SHORT or lattice.n_nodes > _MOST_NODES_TO_DIVIDE_AGAIN:
+            break
+        other_design = replace(
+            design,
+            balances_splits=design.balances_splits if balances is None else balances,
+            count_tolerance=tolerance or design.count_tolerance,
+        )
+        try:
+            other, other_count, other_share = link(other_design, other_fewest or fewest)
+        except (Degenerate, TooMuchWork):
+            continue
+        if other_count < count and _unevenness(other) <= widest:
+            lattice, count, share = other, other_count, other_share
+            design, fewest = other_design, other_fewest or fewest
+    return lattice
+
+
+def _unevenness(lattice: Lattice) -> float:
+    """The longest edge over the shortest."""
+    length = lattice.edge_lengths
+    return float(length.max() / length.min()) if len(length) else 1.0
 
 
 def _without_new_inversions(before: Lattice, after: Lattice) -> Lattice:
@@ -238,13 +290,29 @@ def link_latitudes(
     Degenerate
         When a band is too small for its topology at this edge length.
     """
-    report = progress or (lambda _fraction, _label: None)
     design = pattern_named(pattern)
     if even_edges:
         design = replace(design, count_tolerance=1.0)
-    length = design.edge_per_spacing * latitudes.spacing if edge_length is None else float(edge_length)
+    return _link_design(latitudes, _edge_length(latitudes, edge_length, design), design, derive, progress)
+
+
+def _edge_length(latitudes: Latitudes, wanted: Optional[float], design: Pattern) -> float:
+    """The edge length that is asked for, or that goes best with the spacing."""
+    length = design.edge_per_spacing * latitudes.spacing if wanted is None else float(wanted)
     if not (np.isfinite(length) and length > 0):
         raise Unsupported(f"Edge length must be positive (got {length:g})", remedy="Use a positive edge length.")
+    return length
+
+
+def _link_design(
+    latitudes: Latitudes,
+    length: float,
+    design: Pattern,
+    derive: Optional[Callable[[Lattice], Lattice]],
+    progress: Progress,
+) -> Lattice:
+    """The lattice of the division that leaves the fewest inverted faces."""
+    report = progress or (lambda _fraction, _label: None)
     _check_work(latitudes, length)
     report(0.0, "dividing the latitudes")
 

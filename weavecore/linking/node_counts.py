@@ -15,16 +15,23 @@ Time is linear in the number of polylines.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, connected, rows_of
+import numpy as np
+from scipy.spatial import cKDTree
+
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 from weavecore.linking.node_placement import edges_with_corners
 from weavecore.linking.patterns import Pattern
-from weavecore.linking.ring_counts import choose_counts
+from weavecore.linking.ring_counts import Balance, choose_counts
 from weavecore.model.latitudes import Latitudes
 
 FEWEST_NODES = 3
 """Nodes of a closed polyline or border: fewer make no polygon."""
+
+
+_FACING = 1.4
+"""Spacings from a child beyond which a parent faces itself or another parent across a neck."""
 
 
 def count_nodes(latitudes: Latitudes, edge_length: float, pattern: Pattern, is_border_cap: Bools) -> Ints:
@@ -72,18 +79,21 @@ def _edges_of_polylines(latitudes: Latitudes, edge_length: float) -> tuple[Float
 
 
 def _chosen_together(latitudes: Latitudes, edges: Ints, ideal: Floats, pattern: Pattern, least: Ints) -> Ints:
-    """The numbers of edges with those of polylines that hang together by plain bands chosen by `choose_counts`."""
+    """The numbers of edges with those of polylines that hang together by bands chosen by `choose_counts`."""
     is_open = ~latitudes.polylines.closed
-    pairs = np.array(_plain_pairs(latitudes), np.int64).reshape(-1, 2)
-    branches = _are_at_branches(latitudes)
+    bands, branches = _balances(latitudes, across_splits=pattern.balances_splits)
     edges = edges.copy()
-    for members in _trees(len(latitudes), pairs):
+    for members in _trees(len(latitudes), bands):
         in_twos = bool(is_open[members[0]]) and pattern.even_cells
         step = 2 if in_twos else 1 if is_open[members[0]] else pattern.count_multiple
         chosen = choose_counts(
             np.maximum(ideal[members], least[members]),
             latitudes.generation[members],
-            np.searchsorted(members, pairs[np.isin(pairs[:, 1], members)]),
+            [
+                replace(band, polyline=np.searchsorted(members, band.polyline))
+                for band in bands
+                if band.polyline[0] in members
+            ],
             branches[members],
             step=step,
             odd=int(in_twos),
@@ -94,26 +104,48 @@ def _chosen_together(latitudes: Latitudes, edges: Ints, ideal: Floats, pattern: 
     return edges
 
 
-def _are_at_branches(latitudes: Latitudes) -> Bools:
-    """(P,) whether a polyline lies at a band with three sides or more."""
-    bands = latitudes.bands
-    found = np.zeros(len(latitudes), bool)
-    found[bands.polyline[(np.diff(bands.offsets) > 2)[rows_of(bands.offsets)]]] = True
-    return found
+def _trees(n: int, bands: list[Balance]) -> list[Ints]:
+    """The polylines that hang together by bands, two at least, each rising."""
+    one = np.array([p for band in bands for p in band.polyline[:-1].tolist()], np.int64)
+    other = np.array([p for band in bands for p in band.polyline[1:].tolist()], np.int64)
+    _, label = connected(one, other, n)
+    return [np.flatnonzero(label == k) for k in np.unique(label[one])]
 
 
-def _trees(n: int, pairs: Ints) -> list[Ints]:
-    """The polylines that hang together by pairs, two at least, each rising."""
-    _, label = connected(pairs[:, 0], pairs[:, 1], n)
-    return [np.flatnonzero(label == k) for k in np.unique(label[pairs[:, 0]])]
+def _balances(latitudes: Latitudes, *, across_splits: bool) -> tuple[list[Balance], Bools]:
+    """The bands whose counts are to be in balance, and (P,) whether a polyline lies at another band of three sides.
+
+    These are the annuli and strips between a parent and a child, and of the bands of closed polylines in which rings
+    split or merge those that close no cycle, if they are wanted; bands of the first generations come first.
+    """
+    bands, closed = latitudes.bands, latitudes.polylines.closed
+    branches = np.zeros(len(latitudes), bool)
+    group = np.arange(len(latitudes))
+    found = []
+    sides = [np.arange(bands.offsets[b], bands.offsets[b + 1]) for b in range(len(bands))]
+    for b in sorted(range(len(bands)), key=lambda b: sorted(latitudes.generation[bands.polyline[sides[b]]].tolist())):
+        polyline, is_parent = bands.polyline[sides[b]], bands.is_parent[sides[b]]
+        is_plain = len(polyline) == 2 and bool(bands.euler[b] == ~closed[polyline[0]])
+        groups = np.unique(group[polyline])
+        is_tree = len(groups) == len(polyline) and 0 < is_parent.sum() < len(polyline)
+        if is_tree and (is_plain or (across_splits and closed[polyline].all())):
+            across = np.zeros(len(polyline)) if is_plain else _parts_across(latitudes, polyline, is_parent)
+            found.append(Balance(polyline, np.where(is_parent, 1, -1), across))
+            group[np.isin(group, groups)] = groups[0]
+        elif len(polyline) > 2:
+            branches[polyline] = True
+    return found, branches
 
 
-def _plain_pairs(latitudes: Latitudes) -> list[tuple[int, int]]:
-    """Parent and child of every band that is an annulus or a strip between the two; parents first."""
-    bands = latitudes.bands
-    first = bands.offsets[:-1]
-    is_open = ~latitudes.polylines.closed[bands.polyline[first]]
-    plain = np.flatnonzero((np.diff(bands.offsets) == 2) & (bands.euler == is_open))
-    plain = plain[bands.is_parent[first[plain]] & ~bands.is_parent[first[plain] + 1]]
-    pairs = zip(bands.polyline[first[plain]].tolist(), bands.polyline[first[plain] + 1].tolist())
-    return sorted(pairs, key=lambda pair: (pair[1], pair[0]))
+def _parts_across(latitudes: Latitudes, polyline: Ints, is_parent: Bools) -> Floats:
+    """Part (k,) of the length of each side of a band that is a parent and lies too far from any child for a link."""
+    lines = latitudes.polylines
+    reach = _FACING * latitudes.spacing
+    children = cKDTree(np.concatenate([lines.polyline(int(p)) for p in polyline[~is_parent]]))
+    across = np.zeros(len(polyline))
+    for k in np.flatnonzero(is_parent).tolist():
+        points = lines.polyline(int(polyline[k]))
+        size = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+        is_far = children.query(points)[0] > reach
+        across[k] = float((size * (is_far + np.roll(is_far, -1)) / 2.0).sum() / size.sum())
+    return across

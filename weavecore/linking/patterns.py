@@ -32,6 +32,8 @@ class Pattern:
     jump_cost : float
         What a change of the count from ring to ring costs besides the rods that end there, in such rods: above 0 where
         a few large changes are better than many small ones.
+    balances_splits : bool
+        Whether counts are chosen together across bands in which rings split or merge (`ring_counts`).
     has_diagonals : bool
         Whether cells between two rings are triangles; if not they are quads wherever the counts agree.
     even_cells : bool
@@ -45,6 +47,7 @@ class Pattern:
     count_multiple: int
     count_tolerance: float
     jump_cost: float
+    balances_splits: bool
     has_diagonals: bool
     even_cells: bool
 
@@ -60,6 +63,7 @@ PATTERNS = {
             count_multiple=1,
             count_tolerance=1.4,
             jump_cost=0.0,
+            balances_splits=False,
             has_diagonals=True,
             even_cells=False,
         ),
@@ -71,6 +75,7 @@ PATTERNS = {
             count_multiple=2,
             count_tolerance=1.4,
             jump_cost=1.0,
+            balances_splits=False,
             has_diagonals=False,
             even_cells=True,
         ),

@@ -57,20 +57,22 @@ class KeptLatitudes:
         return replace(lattice, latitudes=self.whole, node_latitude=np.where(latitude < 0, -1, self.polyline[latitude]))
 
 
-def leave_out_small_rings(latitudes: Latitudes, edge_length: float) -> KeptLatitudes:
-    """Leave out the rings around pockets that have fewer than `FEWEST_EDGES` edges.
+def leave_out_small_rings(latitudes: Latitudes, edge_length: float, *, fewest: float = FEWEST_EDGES) -> KeptLatitudes:
+    """Leave out the rings around pockets that have few edges.
 
     Parameters
     ----------
     latitudes : Latitudes
     edge_length : float
         Wanted length of the edges, in the unit of the surface.
+    fewest : float
+        Edges of a ring that is kept.
 
     Returns
     -------
     KeptLatitudes
     """
-    is_small = latitudes.polylines.closed & (latitudes.polylines.lengths < FEWEST_EDGES * edge_length)
+    is_small = latitudes.polylines.closed & (latitudes.polylines.lengths < fewest * edge_length)
     is_small &= latitudes.generation > 0
     keep = np.ones(len(latitudes), bool)
     bands = latitudes.bands

@@ -100,6 +100,20 @@ def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn:
     return np.array(chains.partner, np.int64)
 
 
+def count_short_rods(partner: Ints) -> tuple[int, int]:
+    """How many open rods have less than `FEWEST_JOINTS` joints, and how many there are.
+
+    Parameters
+    ----------
+    partner : (D,) int64
+        As of `lengthen_short_rods`.
+    """
+    chains = _Chains(partner)
+    ends = np.flatnonzero(partner == ALONE).tolist()
+    short = sum(chains.reach(dart) + 1 < FEWEST_JOINTS for dart in ends)
+    return short // 2, len(ends) // 2
+
+
 def _pair_best(chains: _Chains, pairs: dict[tuple[int, int], tuple[int, float]]) -> bool:
     """Pair the darts of a node so that their sum is least; whether that changes anything."""
     darts = sorted({dart for pair in pairs for dart in pair})
