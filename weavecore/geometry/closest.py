@@ -36,11 +36,16 @@ class FaceFinder:
 
         self._corners = vertices[faces]
         middle = self._corners.mean(1)
-        radius = np.linalg.norm(self._corners - middle[:, None], axis=2).max(1)
+        radius = np.sqrt(np.max([dots(arm, arm) for arm in (self._corners[:, k] - middle for k in range(3))], axis=0))
         size = np.frexp(radius)[1]
         classes = [np.flatnonzero(size == s) for s in np.unique(size)]
-        self._trees = [(ids, cKDTree(middle[ids]), float(radius[ids].max())) for ids in each(classes)]
-        self._centroids = cKDTree(middle)
+
+        def tree_of(places: Floats) -> Any:
+            # Trees that are not balanced are built twice as fast, and searched as fast among points that lie evenly.
+            return cKDTree(places, balanced_tree=False, compact_nodes=False)
+
+        self._trees = [(ids, tree_of(middle[ids]), float(radius[ids].max())) for ids in each(classes)]
+        self._centroids = tree_of(middle)
 
     def find(self, points: Floats) -> tuple[Ints, Floats]:
         """Find the closest face of each point; see `closest_faces`.

@@ -25,7 +25,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, rows_of
-from weavecore.geometry.closest import FaceFinder
+from weavecore.geometry.conjugate_gradients import inner
 from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,
@@ -155,7 +155,6 @@ class _Sites:
         self._lattice = lattice
         self.slides, self.roams = slides, roams
         self._surface = lattice.latitudes.surface
-        self._finder = FaceFinder(self._surface.vertices, self._surface.faces)
         self._vertex_normals = _vertex_normals(self._surface)
         polylines = lattice.latitudes.polylines
         self._polyline_normals = self._weighted_normals(polylines.face, polylines.barycentric)
@@ -165,7 +164,7 @@ class _Sites:
 
     def normals(self, nodes: Floats) -> Floats:
         """Unit normals (N, 3) of the surface, blended between its vertices."""
-        return self._blend(*self._finder.find(nodes))
+        return self._blend(*self._surface.face_finder.find(nodes))
 
     def _blend(self, face: Ints, points: Floats) -> Floats:
         corners = self._surface.vertices[self._surface.faces[face]]
@@ -211,7 +210,7 @@ class _Sites:
         u, v = _tangents(place.normals[roam])
         way = u * step[self.first[roam], None] + v * step[self.first[roam] + 1, None]
         way *= np.minimum(1.0, most / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), np.finfo(float).tiny))
-        face, nodes[roam] = self._finder.find(nodes[roam] + way)
+        face, nodes[roam] = self._surface.face_finder.find(nodes[roam] + way)
         normals[roam] = self._blend(face, nodes[roam])
         # Segments of polylines lie within faces, where the normals are blended as they are along the segments.
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[slide]
@@ -341,7 +340,7 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         for _try in range(_MOST_TRIES):
             poll()
             step = equations.solve(hessian, damping / problem.mean**2, -gradient)
-            promised = -float(gradient @ step + step @ (hessian @ step) / 2.0)
+            promised = -(inner(gradient, step) + inner(step, hessian @ step) / 2.0)
             after = _without_harm(problem, place, problem.sites.moved(place, step))
             new = problem.value(after)
             if new < value:

@@ -101,7 +101,7 @@ def closest_on_surface(points: Floats, lattice: Lattice) -> Floats:
     (k, 3) float64
     """
     surface = lattice.latitudes.surface
-    return closest_faces(points, surface.vertices, surface.faces)[1]
+    return surface.face_finder.find(points)[1]
 
 
 def _closest_on_free_borders(points: Floats, lattice: Lattice) -> Floats:

@@ -20,13 +20,10 @@ Each round of flips is linear in the number of triangles.
 
 from __future__ import annotations
 
-from typing import Optional
-
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
 from weavecore.geometry.bisection import unique_edges
-from weavecore.geometry.closest import FaceFinder, closest_faces
 from weavecore.geometry.lawson_flips import angle_at, stays_upright, turn_edges
 from weavecore.linking.arc_length import segments_at
 from weavecore.linking.band_faces import NO_CORNER, BandFaces
@@ -60,7 +57,6 @@ class FaceOrientation:
         self._surface = surface
         self._normals = normals
         self._certain = certain
-        self._finder: Optional[FaceFinder] = None
 
     def of_triangles(self, nodes: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
         """Cosine (k,) of each triangle.
@@ -101,9 +97,7 @@ class FaceOrientation:
         return cosine
 
     def _nearest_faces(self, points: Floats) -> Ints:
-        if self._finder is None:
-            self._finder = FaceFinder(self._surface.vertices, self._surface.faces)
-        return self._finder.find(points)[0]
+        return self._surface.face_finder.find(points)[0]
 
 
 def _cosine(u: Floats, v: Floats) -> Floats:
@@ -173,7 +167,7 @@ def find_inverted_triangles(surface: SurfaceMesh, nodes: Floats, faces: BandFace
     """
     triangles = faces.corners[faces.corners[:, 3] == NO_CORNER, :3]
     a, b, c = (nodes[triangles[:, k]] for k in range(3))
-    near, _ = closest_faces((a + b + c) / 3, surface.vertices, surface.faces)
+    near, _ = surface.face_finder.find((a + b + c) / 3)
     inverted: Ints = triangles[(np.cross(b - a, c - a) * surface.face_normals[near]).sum(1) <= 0]
     return inverted
 

@@ -8,7 +8,7 @@ residuals of a row by the coordinates of its nodes, and D the directions in whic
 Which entries of H there are depends on the stencils alone, so each entry of each row's small dense product is given its
 place in H once, and a system is assembled by one weighted count: linear in rows times the square of the stencil.
 
-Source: Nocedal and Wright 2006, *Numerical Optimization*, §10.2 (Gauss-Newton), algorithm 5.3 (conjugate gradients).
+Source: Nocedal and Wright 2006, *Numerical Optimization*, §10.2 (Gauss-Newton).
 """
 
 from __future__ import annotations
@@ -16,10 +16,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.conjugate_gradients import conjugate_gradients
 from weavecore.polling import each, poll
+
+_ROWS_AT_ONCE = 8192
+"""Rows whose products are made between two polls; their arrays fit into a processor's cache."""
 
 _TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
 """Relative residual and iterations at which conjugate gradients stop: a rough step is enough, as more follow."""
@@ -44,6 +49,51 @@ class Term:
     gradient: Floats
     blocks: Floats
     rows: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Rows of a term whose nodes have so many ways at most, and where the entries of their products go.
+
+    Parameters
+    ----------
+    ways : int
+    number : (R,) int64
+        Of each row of the term among these, -1 of the others.
+    above, beside : (t,) int64
+        Row and column of the entries on and above the diagonal of a product.
+    slots : (r, t) int64
+        Where in the matrix each of them goes.
+    times : (r, t) uint8
+        How often it counts: see `_upper`.
+    """
+
+    ways: int
+    number: Ints
+    above: Ints
+    beside: Ints
+    slots: Ints
+    times: NDArray[np.uint8]
+
+    def products(self, blocks: Floats, directions: Floats, which: Ints) -> Floats:
+        """Entries (n, t) of the products of rows, from blocks (n, k, w, 3) and the directions (n, k, 3, 2)."""
+        n, k, w = blocks.shape[:3]
+        # (rows, nodes, residuals, ways) to (rows, unknowns, residuals)
+        slopes = np.matmul(blocks, directions[..., : self.ways]).transpose(0, 1, 3, 2).reshape(n, k * self.ways, w)
+        products = np.matmul(slopes, slopes.transpose(0, 2, 1))
+        entries: Floats = products[:, self.above, self.beside] * self.times[which]
+        return entries
+
+
+def _upper(square: Ints, above: Ints, beside: Ints, mirror: Ints) -> tuple[Ints, NDArray[np.uint8]]:
+    """Slots (r, t) on or above the diagonal of the matrix for the upper entries of products, and how often they count.
+
+    Where a stencil names a node twice, an entry beside the diagonal of the product and its mirror image both go to one
+    place on the diagonal of the matrix: it counts twice.
+    """
+    one, other = square[:, above, beside], square[:, beside, above]
+    times = np.where((one == other) & (above != beside), 2, 1).astype(np.uint8)
+    return mirror[one], times
 
 
 class NormalEquations:
@@ -78,12 +128,30 @@ class NormalEquations:
         self._columns = np.zeros(self._n_entries + 1, np.int64)
         self._columns[slots] = self.first[column][:, None, None] + q
         self._offsets = offsets_of(np.repeat(length, n_unknowns))
+        # The matrix is symmetric: what lies below its diagonal is copied from above.
+        mirrored = slots[np.searchsorted(pairs, column * n + row)].transpose(0, 2, 1)
+        self._mirror = np.arange(self._n_entries + 1)
+        below = (row > column)[:, None, None] | ((row == column)[:, None, None] & (p > q))
+        self._mirror[slots[below]] = mirrored[below]
         ends = np.cumsum([len(key) for key in keys])
-        self._slots = [
-            slots[part].reshape(len(nodes), k, k, 2, 2).transpose(0, 1, 3, 2, 4).reshape(len(nodes), 2 * k, 2 * k)
-            for nodes, part in zip(stencils, np.split(place.ravel(), ends[:-1]))
-            for k in (nodes.shape[1],)
-        ]
+        parts = np.split(place.ravel(), ends[:-1])
+        self._groups = [self._grouped(nodes, part, slots) for nodes, part in zip(stencils, parts)]
+
+    def _grouped(self, nodes: Ints, place: Ints, slots: Ints) -> list[_Rows]:
+        """The rows of a term, those whose nodes have one unknown at most apart from the others."""
+        k = nodes.shape[1]
+        place = place.reshape(len(nodes), k, k)
+        is_wide = (self._counts[nodes] > 1).any(axis=1)
+        groups = []
+        for ways, members in ((1, np.flatnonzero(~is_wide)), (2, np.flatnonzero(is_wide))):
+            of_rows = slots[place[members], :ways, :ways]
+            # (rows, nodes, nodes, ways, ways) to (rows, unknowns, unknowns)
+            square = of_rows.transpose(0, 1, 3, 2, 4).reshape(len(members), ways * k, ways * k)
+            number = np.full(len(nodes), -1, np.int64)
+            number[members] = np.arange(len(members))
+            above, beside = np.triu_indices(ways * k)
+            groups.append(_Rows(ways, number, above, beside, *_upper(square, above, beside, self._mirror)))
+        return groups
 
     def assemble(self, terms: list[Term], directions: Floats) -> tuple[csr_matrix, Floats]:
         """Find the Hessian and the gradient over the unknowns.
@@ -101,15 +169,19 @@ class NormalEquations:
         gradient : (U,) float64
         """
         entries = np.zeros(self._n_entries + 1)
-        for term, nodes, slots in each(zip(terms, self._stencils, self._slots)):
-            at = nodes[term.rows]
-            # (rows, nodes, residuals, ways) to (rows, residuals, unknowns)
-            slopes = np.matmul(term.blocks, directions[at]).transpose(0, 1, 3, 2)
-            slopes = slopes.reshape(len(at), 2 * nodes.shape[1], term.blocks.shape[2])
-            poll()
-            products = np.matmul(slopes, slopes.transpose(0, 2, 1))
-            poll()
-            entries += np.bincount(slots[term.rows].ravel(), products.ravel(), self._n_entries + 1)
+        for term, nodes, groups in zip(terms, self._stencils, self._groups):
+            for group in groups:
+                at = np.flatnonzero(group.number[term.rows] >= 0)
+                which = group.number[term.rows[at]]
+                products = np.empty((len(at), len(group.above)))
+                for begin in each(range(0, len(at), _ROWS_AT_ONCE)):
+                    part = slice(begin, begin + _ROWS_AT_ONCE)
+                    products[part] = group.products(
+                        term.blocks[at[part]], directions[nodes[term.rows[at[part]]]], which[part]
+                    )
+                entries += np.bincount(group.slots[which].ravel(), products.ravel(), self._n_entries + 1)
+                poll()
+        entries = entries[self._mirror]
         n = int(self.first[-1])
         hessian = csr_matrix((entries[:-1], self._columns[:-1], self._offsets), shape=(n, n))
         gradient = np.sum([term.gradient for term in terms], axis=0)
@@ -147,18 +219,12 @@ class NormalEquations:
         beside[pairs] = beside[pairs + 1] = -b / determinant
         other = np.arange(n)
         other[pairs], other[pairs + 1] = pairs + 1, pairs
-        step, rest = np.zeros(n), right.copy()
-        least = _TOLERANCE * np.linalg.norm(right)
-        way, last = np.zeros(n), 1.0
-        for _ in range(_MOST_ITERATIONS):
-            if np.linalg.norm(rest) <= least:
-                break
-            steered = inverse * rest + beside * rest[other]
-            size = float(rest @ steered)
-            way = steered + (size / last) * way
-            pushed = matrix @ way
-            share = size / float(way @ pushed)
-            step += share * way
-            rest -= share * pushed
-            last = size
+
+        def precondition(rest: Floats) -> Floats:
+            steered: Floats = inverse * rest + beside * rest[other]
+            return steered
+
+        step, _ = conjugate_gradients(
+            matrix, right, tolerance=_TOLERANCE, most_iterations=_MOST_ITERATIONS, precondition=precondition
+        )
         return step

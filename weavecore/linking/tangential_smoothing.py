@@ -26,9 +26,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity, vstack
-from scipy.sparse.linalg import cg, spsolve
+from scipy.sparse.linalg import spsolve
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.conjugate_gradients import conjugate_gradients
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.flips import FaceOrientation
@@ -178,10 +179,10 @@ def _gauss_newton_step(lattice: Lattice, slides: _Slides, rods: _RodTurns, nodes
     ]
     jacobian = csr_matrix(vstack([jacobian for jacobian, _ in terms]))
     residual = np.concatenate([residual for _, residual in terms])
-    matrix = jacobian.T @ jacobian + csr_matrix(_SLIDE_WEIGHT * identity(len(slide)))
+    matrix = csr_matrix(jacobian.T @ jacobian + csr_matrix(_SLIDE_WEIGHT * identity(len(slide))))
     gradient = jacobian.T @ residual + _SLIDE_WEIGHT * slide
-    step, flag = cg(matrix, -gradient, rtol=_CG_TOLERANCE, maxiter=_MOST_CG_STEPS)
-    if flag != 0:
+    step, is_solved = conjugate_gradients(matrix, -gradient, tolerance=_CG_TOLERANCE, most_iterations=_MOST_CG_STEPS)
+    if not is_solved:
         step = spsolve(matrix.tocsc(), -gradient)
     steps: Floats = step
     return steps

@@ -10,16 +10,19 @@ fold is narrower than the edges are long.  Time is O(n log n) for n faces of bot
 from __future__ import annotations
 
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
-from weavecore.geometry.closest import closest_faces
 from weavecore.model.lattice import Lattice
 from weavecore.model.notes import Note, at
 
 _PARTS = np.array([0.25, 0.5, 0.75])
 """Where gaps are measured; over a crease the gap is widest where the edge crosses it."""
+
+_INVERTED: WeakKeyDictionary[Lattice, Ints] = WeakKeyDictionary()
+"""The inverted faces of lattices that were asked for them: linking asks several times."""
 
 
 def edge_gaps(lattice: Lattice) -> Floats:
@@ -32,7 +35,7 @@ def edge_gaps(lattice: Lattice) -> Floats:
     a, b = lattice.nodes[lattice.edges[:, 0]], lattice.nodes[lattice.edges[:, 1]]
     points = (a + _PARTS[:, None, None] * (b - a)).reshape(-1, 3)
     surface = lattice.latitudes.surface
-    _, place = closest_faces(points, surface.vertices, surface.faces)
+    _, place = surface.face_finder.find(points)
     gaps: Floats = np.linalg.norm(place - points, axis=1).reshape(len(_PARTS), -1).max(0)
     return gaps
 
@@ -61,10 +64,13 @@ def inverted_faces(lattice: Lattice) -> Ints:
     ----------
     lattice : Lattice
     """
-    surface = lattice.latitudes.surface
-    middle, area = face_middles(lattice)
-    near, _ = closest_faces(middle, surface.vertices, surface.faces)
-    return np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
+    known = _INVERTED.get(lattice)
+    if known is None:
+        surface = lattice.latitudes.surface
+        middle, area = face_middles(lattice)
+        near, _ = surface.face_finder.find(middle)
+        known = _INVERTED[lattice] = np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
+    return known
 
 
 def note_inverted_faces(lattice: Lattice) -> Lattice:

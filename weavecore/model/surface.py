@@ -14,6 +14,7 @@ import numpy as np
 
 from weavecore.errors import BadIndex, Degenerate, NonFinite
 from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.geometry.closest import FaceFinder
 from weavecore.geometry.halfedges import (
     NO_TWIN,
     border_loops,
@@ -214,6 +215,11 @@ class SurfaceMesh:
         size = np.linalg.norm(normal, axis=1, keepdims=True)
         unit: Floats = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
         return unit
+
+    @cached_property
+    def face_finder(self) -> FaceFinder:
+        """Finds the closest faces of points."""
+        return FaceFinder(self.vertices, self.faces)
 
     @cached_property
     def size(self) -> float:

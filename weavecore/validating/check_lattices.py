@@ -164,7 +164,7 @@ def _check_places(lattice: Lattice) -> Iterator[Finding]:
     off = np.linalg.norm(_places_on_latitudes(lattice, on_ring) - lattice.nodes[on_ring], axis=1)
     yield Finding("nodes_off_latitudes_of_size", float(off.max(initial=0.0)) / surface.size, _OFF_LATITUDE)
     if lattice.off_latitudes:
-        _, place = closest_faces(lattice.nodes, surface.vertices, surface.faces)
+        _, place = surface.face_finder.find(lattice.nodes)
         off = np.linalg.norm(place - lattice.nodes, axis=1)
         yield Finding("nodes_off_surface_of_size", float(off.max(initial=0.0)) / surface.size, _OFF_LATITUDE)
     flipped = inverted_faces(lattice)
