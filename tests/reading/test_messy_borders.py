@@ -263,6 +263,12 @@ class TestPieces:
         assert len(repair(RawMesh(vertices, quads), options=RepairOptions(weld=0.01)).borders) == 1
 
 
+def test_long_faces_of_a_tube_do_not_lie_on_their_neighbours_though_an_edge_is_divided_on_one_side():
+    vertices, faces = TOUGH["long_faced_tube"](7014)
+    surface = surface_from_arrays(*MESSES["t_junctions"].spoil(vertices, faces, np.random.default_rng(5)))
+    assert (len(surface.borders), codes(surface)) == (2, ["STITCHED"])
+
+
 class TestThickness:
     def test_a_thin_solid_is_noted_with_its_thickness_and_its_outer_side_can_be_taken(self):
         vertices, faces = thick_dome(2.0)
