@@ -109,7 +109,7 @@ def change_value(whole: bytes, draw: Generator, _: list[bytes]) -> bytes:
     """A value of a JSON document becomes an odd one or another of its list, is left out, or stands there twice."""
     try:
         document = json.loads(whole)
-    except ValueError:
+    except (ValueError, RecursionError):
         return _flip(whole, draw, [])
     for _again in range(int(draw.integers(1, 4))):
         holder = document
