@@ -110,7 +110,9 @@ def change_value(whole: bytes, draw: Generator, _: list[bytes]) -> bytes:
     try:
         document = json.loads(whole)
     except (ValueError, RecursionError):
-        return _flip(whole, draw, [])
+        document = None
+    if not isinstance(document, (dict, list)):
+        return _flip(whole or b" ", draw, [])
     for _again in range(int(draw.integers(1, 4))):
         holder = document
         while True:

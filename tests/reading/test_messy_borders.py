@@ -51,6 +51,11 @@ class TestNearVertices:
         surface = surface_from_arrays(*together(*((sheet, quads) for sheet in sheets)), tolerance=0.001)
         assert len(surface.borders) == 3
 
+    def test_faces_that_a_weld_leaves_none_of_are_degenerate(self):
+        vertices, quads = grid(3, 1)
+        with pytest.raises(Degenerate, match="narrower than the tolerance"):
+            repair(RawMesh(vertices * [1, 0.01, 1], quads), options=RepairOptions(weld=0.02))
+
     def test_a_fine_mesh_in_a_coarse_file_keeps_its_vertices(self):
         vertices, faces = dome(size=1e-3)
         assert surface_from_arrays(vertices, faces, tolerance=0.01).n_vertices == len(vertices)

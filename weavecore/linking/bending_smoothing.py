@@ -24,7 +24,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inner, rows_of
 from weavecore.geometry.closest import FaceFinder
 from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
@@ -341,7 +341,7 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         for _try in range(_MOST_TRIES):
             poll()
             step = equations.solve(hessian, damping / problem.mean**2, -gradient)
-            promised = -float(gradient @ step + step @ (hessian @ step) / 2.0)
+            promised = -(inner(gradient, step) + inner(step, hessian @ step) / 2.0)
             after = _without_harm(problem, place, problem.sites.moved(place, step))
             new = problem.value(after)
             if new < value:

@@ -13,12 +13,13 @@ Source: Nocedal and Wright 2006, *Numerical Optimization*, §10.2 (Gauss-Newton)
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Floats, Ints, inner, offsets_of, rows_of, small_products
 from weavecore.polling import each, poll
 
 _TOLERANCE, _MOST_ITERATIONS = 1e-2, 300
@@ -104,16 +105,16 @@ class NormalEquations:
         for term, nodes, slots in each(zip(terms, self._stencils, self._slots)):
             at = nodes[term.rows]
             # (rows, nodes, residuals, ways) to (rows, residuals, unknowns)
-            slopes = np.matmul(term.blocks, directions[at]).transpose(0, 1, 3, 2)
+            slopes = small_products(term.blocks, directions[at]).transpose(0, 1, 3, 2)
             slopes = slopes.reshape(len(at), 2 * nodes.shape[1], term.blocks.shape[2])
             poll()
-            products = np.matmul(slopes, slopes.transpose(0, 2, 1))
+            products = small_products(slopes, slopes.transpose(0, 2, 1))
             poll()
             entries += np.bincount(slots[term.rows].ravel(), products.ravel(), self._n_entries + 1)
         n = int(self.first[-1])
         hessian = csr_matrix((entries[:-1], self._columns[:-1], self._offsets), shape=(n, n))
         gradient = np.sum([term.gradient for term in terms], axis=0)
-        along = np.matmul(gradient[:, None], directions)[:, 0]
+        along = small_products(gradient[:, None], directions)[:, 0]
         return hessian, along[np.arange(2) < self._counts[:, None]]
 
     def solve(self, hessian: csr_matrix, damping: float, right: Floats) -> Floats:
@@ -147,18 +148,48 @@ class NormalEquations:
         beside[pairs] = beside[pairs + 1] = -b / determinant
         other = np.arange(n)
         other[pairs], other[pairs + 1] = pairs + 1, pairs
-        step, rest = np.zeros(n), right.copy()
-        least = _TOLERANCE * np.linalg.norm(right)
-        way, last = np.zeros(n), 1.0
-        for _ in range(_MOST_ITERATIONS):
-            if np.linalg.norm(rest) <= least:
-                break
-            steered = inverse * rest + beside * rest[other]
-            size = float(rest @ steered)
-            way = steered + (size / last) * way
-            pushed = matrix @ way
-            share = size / float(way @ pushed)
-            step += share * way
-            rest -= share * pushed
-            last = size
-        return step
+        return conjugate_gradients(
+            matrix,
+            right,
+            lambda rest: inverse * rest + beside * rest[other],
+            tolerance=_TOLERANCE,
+            most=_MOST_ITERATIONS,
+        )[0]
+
+
+def conjugate_gradients(
+    matrix: csr_matrix, right: Floats, precondition: Callable[[Floats], Floats], *, tolerance: float, most: int
+) -> tuple[Floats, bool]:
+    """Solve a symmetric, positive definite system, with the same last bit on every processor: without BLAS.
+
+    Parameters
+    ----------
+    matrix : (U, U) csr_matrix
+    right : (U,) float64
+    precondition : callable
+        Times an approximation of the inverse.
+    tolerance : float
+        Relative residual at which the iterations stop.
+    most : int
+        Iterations.
+
+    Returns
+    -------
+    solution : (U,) float64
+    is_converged : bool
+    """
+    step, rest = np.zeros(len(right)), right.copy()
+    least = tolerance**2 * inner(right, right)
+    way, last = np.zeros(len(right)), 1.0
+    for _ in range(most):
+        if inner(rest, rest) <= least:
+            return step, True
+        steered = precondition(rest)
+        size = inner(rest, steered)
+        way = steered + (size / last) * way
+        pushed = matrix @ way
+        share = size / inner(way, pushed)
+        step += share * way
+        rest -= share * pushed
+        last = size
+    return step, inner(rest, rest) <= least

@@ -26,12 +26,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity, vstack
-from scipy.sparse.linalg import cg, spsolve
+from scipy.sparse.linalg import spsolve
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.flips import FaceOrientation
+from weavecore.linking.normal_equations import conjugate_gradients
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.polylines import Polylines
 from weavecore.polling import poll
@@ -180,11 +181,12 @@ def _gauss_newton_step(lattice: Lattice, slides: _Slides, rods: _RodTurns, nodes
     residual = np.concatenate([residual for _, residual in terms])
     matrix = jacobian.T @ jacobian + csr_matrix(_SLIDE_WEIGHT * identity(len(slide)))
     gradient = jacobian.T @ residual + _SLIDE_WEIGHT * slide
-    step, flag = cg(matrix, -gradient, rtol=_CG_TOLERANCE, maxiter=_MOST_CG_STEPS)
-    if flag != 0:
-        step = spsolve(matrix.tocsc(), -gradient)
-    steps: Floats = step
-    return steps
+    step, is_converged = conjugate_gradients(
+        matrix, -gradient, lambda rest: rest, tolerance=_CG_TOLERANCE, most=_MOST_CG_STEPS
+    )
+    if not is_converged:
+        step = np.asarray(spsolve(matrix.tocsc(), -gradient), np.float64)
+    return step
 
 
 def _jacobian(rows: Ints, nodes: Ints, values: Floats, variable: Ints, n_rows: int) -> csr_matrix:
