@@ -109,8 +109,10 @@ def change_value(whole: bytes, draw: Generator, _: list[bytes]) -> bytes:
     """A value of a JSON document becomes an odd one or another of its list, is left out, or stands there twice."""
     try:
         document = json.loads(whole)
-    except ValueError:
-        return _flip(whole, draw, [])
+    except (ValueError, RecursionError):
+        document = None
+    if not isinstance(document, (dict, list)):
+        return _flip(whole or b" ", draw, [])
     for _again in range(int(draw.integers(1, 4))):
         holder = document
         while True:

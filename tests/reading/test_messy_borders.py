@@ -51,6 +51,11 @@ class TestNearVertices:
         surface = surface_from_arrays(*together(*((sheet, quads) for sheet in sheets)), tolerance=0.001)
         assert len(surface.borders) == 3
 
+    def test_faces_that_a_weld_leaves_none_of_are_degenerate(self):
+        vertices, quads = grid(3, 1)
+        with pytest.raises(Degenerate, match="narrower than the tolerance"):
+            repair(RawMesh(vertices * [1, 0.01, 1], quads), options=RepairOptions(weld=0.02))
+
     def test_a_fine_mesh_in_a_coarse_file_keeps_its_vertices(self):
         vertices, faces = dome(size=1e-3)
         assert surface_from_arrays(vertices, faces, tolerance=0.01).n_vertices == len(vertices)
@@ -261,6 +266,12 @@ class TestPieces:
         surface = repair(RawMesh(vertices, quads), options=RepairOptions(weld=1e-9))
         assert dict(noted(surface, "SLIT").numbers)["count"] == 1
         assert len(repair(RawMesh(vertices, quads), options=RepairOptions(weld=0.01)).borders) == 1
+
+
+def test_long_faces_of_a_tube_do_not_lie_on_their_neighbours_though_an_edge_is_divided_on_one_side():
+    vertices, faces = TOUGH["long_faced_tube"](7014)
+    surface = surface_from_arrays(*MESSES["t_junctions"].spoil(vertices, faces, np.random.default_rng(5)))
+    assert (len(surface.borders), codes(surface)) == (2, ["STITCHED"])
 
 
 class TestThickness:

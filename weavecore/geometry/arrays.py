@@ -71,6 +71,34 @@ def dots(a: Floats, b: Floats) -> Floats:
     return products
 
 
+def inner(a: Floats, b: Floats) -> float:
+    """Inner product of two vectors, with the same last bit on every processor, as that of BLAS has not.
+
+    Parameters
+    ----------
+    a, b : (n,) float64
+    """
+    return float((a * b).sum())
+
+
+def small_products(a: Floats, b: Floats) -> Floats:
+    """Products of stacks of small matrices, with the same last bit on every processor, as those of BLAS have not.
+
+    Parameters
+    ----------
+    a : (..., n, k) float64
+    b : (..., k, m) float64
+
+    Returns
+    -------
+    (..., n, m) float64
+    """
+    total = a[..., :, 0, None] * b[..., None, 0, :]
+    for k in range(1, a.shape[-1]):
+        total += a[..., :, k, None] * b[..., None, k, :]
+    return total
+
+
 def cross(a: Floats, b: Floats) -> Floats:
     """Cross products of rows; twice as fast as NumPy's, which takes any shape.
 

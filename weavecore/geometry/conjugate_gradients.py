@@ -1,8 +1,8 @@
 """Conjugate gradients for sparse symmetric systems, in one thread.
 
 BLAS divides an inner product of more than ten thousand numbers among threads.  In a loop of many short products these
-wait for each other longer than they work, and sums depend on the number of processors.  Here each is summed in one
-thread: fast, and the same on every machine.
+wait for each other longer than they work, and sums depend on the number of processors and on its kernels.  Here each is
+summed in one thread (`arrays.inner`): fast, and the same on every machine.
 
 Source: Hestenes and Stiefel 1952; Nocedal and Wright 2006, *Numerical Optimization*, algorithm 5.3.
 """
@@ -14,18 +14,8 @@ from typing import Callable, Optional
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from weavecore.geometry.arrays import Floats
+from weavecore.geometry.arrays import Floats, inner
 from weavecore.polling import each
-
-
-def inner(a: Floats, b: Floats) -> float:
-    """Inner product of two vectors, summed in one thread.
-
-    Parameters
-    ----------
-    a, b : (n,) float64
-    """
-    return float(np.einsum("i,i->", a, b))
 
 
 def conjugate_gradients(

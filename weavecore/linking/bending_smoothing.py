@@ -24,8 +24,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, rows_of
-from weavecore.geometry.conjugate_gradients import inner
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inner, rows_of
 from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,

@@ -21,11 +21,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg.lapack import dpttrf, dpttrs
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inverted, next_in_loop
+from weavecore.geometry.arrays import (
+    Bools,
+    Floats,
+    Ints,
+    connected,
+    cross,
+    dots,
+    inverted,
+    next_in_loop,
+    small_products,
+)
 from weavecore.geometry.matching import ALONE
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.linking.normal_equations import Term
@@ -69,7 +79,11 @@ class RodJoints:
     beyond_before, beyond_after : (J,) int64
         The joint at the far end of these edges, -1 at the end of a rod.
     order : (J,) int64
-        The joints in an order in which neighbours along a rod are one place apart, along a closed rod two at most.
+        The joints in an order in which neighbours along a rod are one place apart, but those of closing edges.
+    closing : (C,) int64
+        Joint of each closed rod whose edge before it closes the rod.
+    closed_rod : (J,) int64
+        Which of these rods a joint belongs to, or -1.
     """
 
     node: Ints
@@ -80,6 +94,8 @@ class RodJoints:
     beyond_before: Ints
     beyond_after: Ints
     order: Ints
+    closing: Ints
+    closed_rod: Ints
 
 
 def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
@@ -106,20 +122,25 @@ def find_joints(lattice: Lattice, most_turn: float = BROKEN_TURN) -> RodJoints:
     at_dart = np.full(len(partner), ALONE, np.int64)
     at_dart[one] = at_dart[other] = np.arange(len(one))
     beyond = at_dart[one ^ 1], at_dart[other ^ 1]
-    order = _order_along_rods(*beyond)
-    return RodJoints(tail[one], head[one], head[other], one // 2, other // 2, *beyond, order)
+    edges = one // 2, other // 2
+    return RodJoints(tail[one], head[one], head[other], *edges, *beyond, *_order_along_rods(edges, beyond))
 
 
-def _order_along_rods(beyond_before: Ints, beyond_after: Ints) -> Ints:
-    """Joints in an order of small bandwidth (Cuthill and McKee 1969): 1 for a path, 2 for a cycle."""
-    n = len(beyond_before)
-    row, column = np.tile(np.arange(n), 2), np.concatenate([beyond_before, beyond_after])
+def _order_along_rods(edges: tuple[Ints, Ints], beyond: tuple[Ints, Ints]) -> tuple[Ints, Ints, Ints]:
+    """``order``, ``closing`` and ``closed_rod`` of `RodJoints`; without its closing edges every rod is a path."""
+    n = len(beyond[0])
+    row, column, edge = np.tile(np.arange(n), 2), np.concatenate(beyond), np.concatenate(edges)
     known = column != ALONE
+    rod = connected(row[known], column[known], n)[1]
+    n_ends = np.bincount(rod, weights=(beyond[0] == ALONE).astype(float) + (beyond[1] == ALONE))
+    closing = np.unique(rod, return_index=True)[1][n_ends == 0]
+    closed_rod = np.where(n_ends == 0, np.cumsum(n_ends == 0) - 1, -1)[rod]
+    known &= ~np.isin(edge, edges[0][closing])
     if not known.any():
-        return np.arange(n)
+        return np.arange(n), closing, closed_rod
     graph = coo_matrix((np.ones(int(known.sum()), np.int8), (row[known], column[known])), shape=(n, n)).tocsr()
     order: Ints = reverse_cuthill_mckee(graph, symmetric_mode=True).astype(np.int64)
-    return order
+    return order, closing, closed_rod
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,7 +297,7 @@ def bending_term(
     across = np.sqrt(slope / np.maximum(ratio, 1e-12)) / admissible
     root = (along - across)[:, None, None] * (e[:, :, None] * e[:, None, :]) + across[:, None, None] * np.eye(3)
     gradient = bends.pull_back(e * (slope / admissible)[:, None], len(normals))
-    blocks = np.matmul(root[:, None], bends.blocks(stencils))
+    blocks = small_products(root[:, None], bends.blocks(stencils))
     return Term(float(value.sum()), gradient, blocks, np.arange(len(ratio)))
 
 
@@ -297,6 +318,56 @@ def _cost(ratio: Floats) -> tuple[Floats, Floats, Floats]:
     return value, slope, second
 
 
+class _SplineSystem:
+    """The systems of all splines, with ``sign`` times their entries off the diagonal, factored.
+
+    Tridiagonal along each rod; the corner entries of a closed one are a change of rank one (Sherman and Morrison 1950).
+    LAPACK calls no BLAS for tridiagonal systems, so that every processor gives the same last bit.
+    """
+
+    def __init__(self, joints: RodJoints, before: Floats, after: Floats, sign: float) -> None:
+        self._joints = joints
+        place = inverted(joints.order)
+        n = len(place)
+        diagonal, beside = np.empty(n), np.zeros(max(n - 1, 1))
+        diagonal[place] = (before + after) / 3.0
+        closing_edges = joints.edge_before[joints.closing]
+        sides = (joints.beyond_before, joints.edge_before, before), (joints.beyond_after, joints.edge_after, after)
+        for beyond, edge, length in sides:
+            # The system is symmetric: each entry is met from both of its joints and written once.
+            known = np.flatnonzero((beyond != ALONE) & (place[beyond] > place) & ~np.isin(edge, closing_edges))
+            beside[place[known]] = sign * length[known] / 6.0
+        first, last, corner = joints.closing, joints.beyond_before[joints.closing], before[joints.closing] / 6.0
+        diagonal[place[first]] -= corner
+        diagonal[place[last]] -= corner
+        self._factors = dpttrf(diagonal, beside)[:2]
+        self._ends, self._sign = (first, last), sign
+        unit = np.zeros(n)
+        unit[first], unit[last] = 1.0, sign
+        self._response = self._without_corners(unit)
+        self._share = corner / (1.0 + corner * self._at_ends(self._response))
+
+    def solve(self, right: Floats) -> Floats:
+        """The solution (J,) or (J, k) for such a right-hand side."""
+        found = self._without_corners(right)
+        ends = self._at_ends(found)
+        share = self._share.reshape(-1, *[1] * (right.ndim - 1)) * ends
+        at = np.flatnonzero(self._joints.closed_rod >= 0)
+        response = self._response.reshape(-1, *[1] * (right.ndim - 1))
+        found[at] -= response[at] * share[self._joints.closed_rod[at]]
+        return found
+
+    def _without_corners(self, right: Floats) -> Floats:
+        found = np.empty_like(right)
+        found[self._joints.order] = dpttrs(*self._factors, right[self._joints.order])[0].reshape(right.shape)
+        return found
+
+    def _at_ends(self, values: Floats) -> Floats:
+        first, last = self._ends
+        added: Floats = values[first] + self._sign * values[last]
+        return added
+
+
 class _Bends:
     """The splines through the joints: curvature vectors (J, 3) with the undulation on top, and their derivatives.
 
@@ -310,8 +381,8 @@ class _Bends:
         # Along the rod, whichever way the edges are listed.
         self._back = _along(chords, joints.edge_before, joints.before)
         self._forth = _along(chords, joints.edge_after, joints.node)
-        self._system = self._factor(1.0)
-        self._moment = self._solve(self._system, self._forth - self._back)
+        self._system = _SplineSystem(joints, self._before, self._after, 1.0)
+        self._moment = self._system.solve(self._forth - self._back)
         tangent = _unit(self._forth + self._back)
         self._normal = _unit(_orthogonal(normals[joints.node], tangent))
         self._tangent = tangent
@@ -319,29 +390,10 @@ class _Bends:
         self._side = np.where(dots(bend, self._normal) < 0, -1.0, 1.0)
         self._weave = np.zeros(len(tangent))
         if rise > 0:
-            self._weave_system = self._factor(-1.0)
-            self._weave = self._solve(self._weave_system, rise * (1.0 / self._before + 1.0 / self._after))
+            self._weave_system = _SplineSystem(joints, self._before, self._after, -1.0)
+            self._weave = self._weave_system.solve(rise * (1.0 / self._before + 1.0 / self._after))
         self.vector = bend + (self._side * self._weave)[:, None] * self._normal
         self.curvature: Floats = np.sqrt(dots(self.vector, self.vector))
-
-    def _factor(self, sign: float) -> Floats:
-        """Banded Cholesky factor of the system of the spline, with ``sign`` times its entries off the diagonal."""
-        joints = self._joints
-        place = inverted(joints.order)
-        bands = np.zeros((3, len(place)))
-        bands[2, place] = (self._before + self._after) / 3.0
-        for beyond, length in ((joints.beyond_before, self._before), (joints.beyond_after, self._after)):
-            # The system is symmetric: each entry is met from both of its joints and written once.
-            known = np.flatnonzero((beyond != ALONE) & (place[beyond] > place))
-            far = place[beyond[known]]
-            np.add.at(bands, (2 - (far - place[known]), far), sign * length[known] / 6.0)
-        factor: Floats = cholesky_banded(bands)
-        return factor
-
-    def _solve(self, factor: Floats, right: Floats) -> Floats:
-        solution = np.empty_like(right)
-        solution[self._joints.order] = cho_solve_banded((factor, False), right[self._joints.order])
-        return solution
 
     def _by_ends(self) -> tuple[Floats, Floats]:
         """Derivatives of the system's right-hand side less its left, moments fixed, by the nodes before and after.
@@ -366,10 +418,10 @@ class _Bends:
     def pull_back(self, slopes: Floats, n_nodes: int) -> Floats:
         """Gradient (N, 3) by the nodes of what has these slopes (J, 3) by the curvature vectors."""
         spline, weave = self._by_ends()
-        moment = self._solve(self._system, _orthogonal(slopes, self._tangent))
+        moment = self._system.solve(_orthogonal(slopes, self._tangent))
         ends = np.einsum("jkcd,jc->jkd", spline, moment)
         if self._rise > 0:
-            ends += weave * self._solve(self._weave_system, self._side * dots(slopes, self._normal))[:, None, None]
+            ends += weave * self._weave_system.solve(self._side * dots(slopes, self._normal))[:, None, None]
         joints = self._joints
         nodes = np.stack([joints.before, joints.after, joints.node], axis=1)
         return _gathered(nodes, np.concatenate([ends, -ends.sum(1, keepdims=True)], axis=1), n_nodes)
@@ -387,7 +439,7 @@ class _Bends:
                 near, far = (weave_share[:, k, None] * weave[at, side] for side in (turned, 1 - turned))
                 _add_second_difference(rows, k, near, far)
         projector = np.eye(3) - self._tangent[:, :, None] * self._tangent[:, None, :]
-        blocks: Floats = np.matmul(projector[:, None], found)
+        blocks: Floats = small_products(projector[:, None], found)
         blocks += (self._side[:, None] * self._normal)[:, None, :, None] * rows[:, :, None, :]
         return blocks
 

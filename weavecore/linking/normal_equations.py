@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of, small_products
 from weavecore.geometry.conjugate_gradients import conjugate_gradients
 from weavecore.polling import each, poll
 
@@ -79,8 +79,8 @@ class _Rows:
         """Entries (n, t) of the products of rows, from blocks (n, k, w, 3) and the directions (n, k, 3, 2)."""
         n, k, w = blocks.shape[:3]
         # (rows, nodes, residuals, ways) to (rows, unknowns, residuals)
-        slopes = np.matmul(blocks, directions[..., : self.ways]).transpose(0, 1, 3, 2).reshape(n, k * self.ways, w)
-        products = np.matmul(slopes, slopes.transpose(0, 2, 1))
+        slopes = small_products(blocks, directions[..., : self.ways]).transpose(0, 1, 3, 2).reshape(n, k * self.ways, w)
+        products = small_products(slopes, slopes.transpose(0, 2, 1))
         entries: Floats = products[:, self.above, self.beside] * self.times[which]
         return entries
 
@@ -185,7 +185,7 @@ class NormalEquations:
         n = int(self.first[-1])
         hessian = csr_matrix((entries[:-1], self._columns[:-1], self._offsets), shape=(n, n))
         gradient = np.sum([term.gradient for term in terms], axis=0)
-        along = np.matmul(gradient[:, None], directions)[:, 0]
+        along = small_products(gradient[:, None], directions)[:, 0]
         return hessian, along[np.arange(2) < self._counts[:, None]]
 
     def solve(self, hessian: csr_matrix, damping: float, right: Floats) -> Floats:

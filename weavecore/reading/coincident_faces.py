@@ -1,8 +1,8 @@
 """Faces that lie on other faces: a sheet that is in the file twice, whatever its diagonals.
 
 A face lies on another sheet if its centroid and three points halfway to its corners do: each is in a face of another
-part, with a parallel normal, nearer than the tolerance plus the chord error of a curved surface (edge length times the
-bend between neighbours).  Parts are joined across edges with two faces, but where these name different vertices only if
+part, with a parallel normal, nearer than the tolerance plus the chord error of a curved surface (height over an edge
+times the bend there).  Parts are joined across edges with two faces, but where these name different vertices only if
 they are not folded onto each other, so that two sheets with one rim stay two parts.  A part
 that lies wholly on others is left out::
 
@@ -32,8 +32,8 @@ _FOLDED = -np.cos(np.radians(30.0))
 """Faces at an edge that are folded by more may lie on each other: the normals of curved sheets with other diagonals
 differ, and a sharp fold that is no double only makes two parts."""
 
-_CHORD = 0.15
-"""Of edge length times bend: some more than the 1/8 of a chord's sagitta."""
+_CHORD = 0.2
+"""Of height over an edge times bend at it: more than the 1/8 of a chord's sagitta, as edges are longer."""
 
 _MOST_BEND = 0.5
 """Radians.  A larger angle between neighbours is a crease, not a curved surface."""
@@ -82,7 +82,7 @@ def find_coincident(vertices: Floats, faces: Ints, weld: Ints, tolerance: float)
     part, partner = _parts(faces, weld, normal)
     if part.max() == 0:
         return nothing
-    above, beside = (tolerance + margin for margin in _chord(vertices, faces, normal, partner))
+    above, beside = (tolerance + margin for margin in _chord(vertices, faces, normal, area, partner))
     search = _OverlapSearch(vertices, faces, part, normal, above, beside)
     some = np.arange(0, len(faces), max(1, len(faces) // _SAMPLED))
     if not (search.cover(search.samples(some)[:, 0], some) >= 0).any():
@@ -158,7 +158,7 @@ def _parts(faces: Ints, weld: Ints, normal: Floats) -> tuple[Ints, Ints]:
     return connected(h[flat] // 3, g[flat] // 3, len(faces))[1], joined
 
 
-def _chord(vertices: Floats, faces: Ints, normal: Floats, partner: Ints) -> tuple[Floats, Floats]:
+def _chord(vertices: Floats, faces: Ints, normal: Floats, area: Floats, partner: Ints) -> tuple[Floats, Floats]:
     """How far (F,) a curved surface may be from the middle of a face, by the bend at its edges, and beside its sides.
 
     Normals at an edge differ by the bend: a point at height h over it may lie h tan(bend / 2) beside both faces.
@@ -167,9 +167,11 @@ def _chord(vertices: Floats, faces: Ints, normal: Floats, partner: Ints) -> tupl
     across = np.where(partner == NO_PARTNER, owner, partner // 3)
     cosine = np.clip(np.abs(np.einsum("ij,ij->i", normal[owner], normal[across])), 0, 1)
     bend = np.arccos(cosine).reshape(-1, 3)
-    bend = np.sort(np.where(bend > _MOST_BEND, 0.0, bend), axis=1)[:, 2]
-    chord: Floats = _CHORD * _longest_edges(vertices, faces) * bend
-    return chord, chord * np.tan(bend / 2)
+    bend[bend > _MOST_BEND] = 0.0
+    ends = vertices[faces]
+    length = np.linalg.norm(np.roll(ends, -1, axis=1) - ends, axis=2)
+    chord: Floats = (_CHORD * bend * 2 * area[:, None] / length).max(1)
+    return chord, chord * np.tan(bend.max(1) / 2)
 
 
 class _OverlapSearch:

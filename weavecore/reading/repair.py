@@ -191,6 +191,11 @@ def _close_borders(
         weld = welding.weld
         keep = has_three_places(faces, weld)
         faces, ids = faces[keep], ids[keep]
+        if len(faces) == 0:
+            raise Degenerate(
+                f"All faces are narrower than the tolerance of {reach:.3g}",
+                remedy="Give a surface that has an area, or weld over a shorter length (--weld).",
+            )
     stitches = stitch_borders(vertices, faces, weld, reach)
     if len(stitches.where):
         where = vertices[stitches.where]
