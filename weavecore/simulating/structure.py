@@ -42,6 +42,10 @@ class Forces:
     axial: Floats
     tie: Floats
 
+    def without_compression(self) -> Forces:
+        """Those that add no negative curvature: rods in tension, ties at rest."""
+        return Forces(np.maximum(self.axial, 0.0), 0.0 * self.tie)
+
 
 NO_RELAXATION = 1
 """SuperLU's `relax`: by default it pads small subtrees of the elimination tree to dense blocks, which takes up to 14
