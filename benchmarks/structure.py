@@ -5,6 +5,7 @@ held under its own weight, and released without supports or loads.  Departure is
 is the mean over the diagonal of the bounding box.  A row that did not converge gives the residual force.  With
 ``--within``, a third row holds few nodes, so that under self-weight none departs by more.  ``--compensate`` prints
 another table: released weaves before and after compensation of their marks, with the limit of ``--within`` or 2 mm.
+``--halving`` prints how the mean departure changes when the segments are halved.
 """
 
 from __future__ import annotations
@@ -32,6 +33,10 @@ COMPENSATED = (
     "sample", "pattern", "mean before", "max", "mean after", "max", "nodes held", "of", "verdict", "marks move, max",
     "utilisation before", "after", "stable", "seconds",
 )  # fmt: skip
+HALVED = (
+    "sample", "pattern", "supports", "segments", "departure mean", "halved", "change", "stress MPa", "halved",
+    "seconds", "halved",
+)  # fmt: skip
 MOST_SECONDS = 150.0
 """Of processor time that one compensation may take."""
 
@@ -44,8 +49,9 @@ def main() -> None:
     parser.add_argument("--within", type=float, metavar="MM")
     parser.add_argument("--patterns", default=",".join(PATTERNS))
     parser.add_argument("--compensate", action="store_true")
+    parser.add_argument("--halving", action="store_true")
     options = parser.parse_args()
-    columns = COMPENSATED if options.compensate else COLUMNS
+    columns = COMPENSATED if options.compensate else HALVED if options.halving else COLUMNS
     print("| " + " | ".join(columns) + " |")
     print("|" + "---|" * len(columns), flush=True)
     for sample in options.samples:
@@ -57,6 +63,10 @@ def main() -> None:
                 print("| " + " | ".join([sample, pattern, *row]) + " |", flush=True)
                 continue
             for supports in ("borders", "none", *(["within"] if options.within else [])):
+                if options.halving:
+                    row = halved_row(weave, supports, options.segments)
+                    print("| " + " | ".join([sample, pattern, *row]) + " |", flush=True)
+                    continue
                 row = row_of(weave, supports, options.segments, options.within)
                 print("| " + " | ".join([sample, pattern, *row]) + " |", flush=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -98,6 +108,24 @@ def row_of(weave: wc.Weave, supports: str, segments: int, within: float | None =
         str(found.n_steps),
         f"{seconds:.1f}",
     ]
+
+
+def halved_row(weave: wc.Weave, supports: str, segments: int) -> list[str]:
+    """Mean departure and stress with so many segments and with twice as many, from the supports on."""
+    unit = millimetres_in(weave.lattice.latitudes.surface.unit)
+    held = supports if weave.is_border_node.any() else "none"
+    means, stresses, seconds = [], [], []
+    for n in (segments, 2 * segments):
+        begun = time.process_time()
+        try:
+            found = wc.simulate(weave, supports=held, segments=n)
+        except WeaveError as error:
+            return [supports, str(n), error.code]
+        seconds.append(f"{time.process_time() - begun:.1f}")
+        means.append(found.departure_mean * unit)
+        stresses.append(f"{found.stress_max:.0f}")
+    change = f"{means[1] / means[0] - 1.0:+.1%}"
+    return [supports, str(segments), f"{means[0]:.3g}", f"{means[1]:.3g}", change, *stresses, *seconds]
 
 
 def compensated_row(weave: wc.Weave, within: float | None) -> list[str]:

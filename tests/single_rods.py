@@ -38,8 +38,8 @@ def rod(
     )
 
 
-def crossing_rods(seed: int = 0) -> tuple[Structure, np.ndarray]:
-    """Two bent rods that are tied twice, loaded and held at one point, with points off their rest."""
+def crossing_rods(seed: int = 0, *, friction: Optional[float] = None) -> tuple[Structure, np.ndarray]:
+    """Two bent rods that are tied twice, loaded and held at one point, with points off rest; one tie may slide."""
     draw = np.random.default_rng(seed)
     along = np.linspace(0.0, 1.0, 8)
     a = np.c_[along, 0.2 * np.sin(3 * along), 0.0 * along]
@@ -55,7 +55,12 @@ def crossing_rods(seed: int = 0) -> tuple[Structure, np.ndarray]:
             16,
             Bends(np.stack([inner - 1, inner, inner + 1], axis=1), draw.uniform(0.5, 2.0, 12)),
             Stretches(np.stack([first, first + 1], axis=1), draw.uniform(0.1, 0.2, 14), draw.uniform(5.0, 50.0, 14)),
-            TieElements(ties, draw.normal(size=(2, 3)), draw.uniform(5.0, 50.0, (2, 3))),
+            TieElements(
+                ties,
+                draw.normal(size=(2, 3)),
+                draw.uniform(5.0, 50.0, (2, 3)),
+                None if friction is None else np.array([friction, 1e3]),
+            ),
             draw.normal(size=(16, 3)),
             fixed,
             Scissors(ties[:, 2:], np.array([0.3, -0.2]), draw.uniform(1.0, 5.0, 2)),

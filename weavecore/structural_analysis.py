@@ -44,6 +44,7 @@ def simulate(
     segments: int = SEGMENTS,
     stations: Any = None,
     tie_stiffness: float = 0.0,
+    tie_friction: Optional[float] = None,
     within: Optional[float] = None,
     unit: Optional[str] = None,
     buckling: bool = False,
@@ -69,6 +70,8 @@ def simulate(
         Distance of each joint from the start of its rod where the marks differ from the drawn ones.
     tie_stiffness : float
         Of each tie against the turn of its rods about it, in N·m/rad; without it they turn freely.
+    tie_friction : float, optional
+        Force in N at which a tie slides along a rod; by default ties keep to their marks.
     within : float, optional
         Choose the supports: few nodes that are held so that none departs by more than this length, in the model's unit.
     unit : str, optional
@@ -100,6 +103,7 @@ def simulate(
             segments=segments,
             stations=stations,
             tie_stiffness=tie_stiffness,
+            tie_friction=tie_friction,
             unit=unit,
             buckling=buckling,
             progress=progress,

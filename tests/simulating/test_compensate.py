@@ -90,6 +90,22 @@ def test_a_weave_that_keeps_its_shape_within_the_limit_is_left_as_drawn() -> Non
     assert not found.mark_changes.any()
 
 
+def test_where_no_marks_are_found_the_drawn_ones_stay_and_nodes_are_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compensate, "_STEPS_EACH", 0)
+    monkeypatch.setattr(compensate, "_MOST_ROUNDS", 0)
+    found = pipeline.compensate(dome(), supports="none", within=2.0)
+    assert found.before.departure_max > 2.0
+    assert found.verdict == "held nodes"
+    assert found.after.is_stable
+    assert found.is_within
+    assert not found.mark_changes.any()
+    assert (np.flatnonzero(found.after.is_supported) == found.held).all()
+    assert 3 <= len(found.held) < 60
+    note = found.weave.lattice.latitudes.surface.notes[-1]
+    assert note.code == "COMPENSATED"
+    assert "no other marks" in note.text
+
+
 @pytest.mark.parametrize("limit", [0.0, -1.0, np.nan])
 def test_limits_that_are_not_positive_are_refused(limit: float) -> None:
     with pytest.raises(Unsupported, match="positive"):

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Optional
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -10,9 +12,12 @@ from weavecore.simulating.structure import Forces
 SMALL = 1e-6
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_gradient_is_the_derivative_of_the_energy(seed: int) -> None:
-    structure, x = crossing_rods(seed)
+FRICTIONS = [(0, None), (1, None), (2, None), (0, 2.0), (1, 2.0)]
+
+
+@pytest.mark.parametrize(("seed", "friction"), FRICTIONS)
+def test_gradient_is_the_derivative_of_the_energy(seed: int, friction: Optional[float]) -> None:
+    structure, x = crossing_rods(seed, friction=friction)
     gradient = structure.gradient(x)
     for at in np.ndindex(*x.shape):
         step = np.zeros_like(x)
@@ -21,9 +26,9 @@ def test_gradient_is_the_derivative_of_the_energy(seed: int) -> None:
         assert abs(slope - gradient[at]) < 1e-6 * np.abs(gradient).max()
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_hessian_is_the_derivative_of_the_gradient_on_free_coordinates(seed: int) -> None:
-    structure, x = crossing_rods(seed)
+@pytest.mark.parametrize(("seed", "friction"), FRICTIONS)
+def test_hessian_is_the_derivative_of_the_gradient_on_free_coordinates(seed: int, friction: Optional[float]) -> None:
+    structure, x = crossing_rods(seed, friction=friction)
     hessian = structure.hessian(x).toarray()
     assert hessian.shape == (45, 45)
     for column, coordinate in enumerate(structure.free):

@@ -79,6 +79,12 @@ def simulate(
         float,
         typer.Option(metavar="NM", help="Stiffness of ties against the turn of rods about them, in N·m/rad."),
     ] = 0.0,
+    tie_friction: Annotated[
+        Optional[float],
+        typer.Option(
+            metavar="N", help="Force in N at which a tie slides along a rod; by default ties keep to their marks."
+        ),
+    ] = None,
     buckling: Annotated[bool, typer.Option("--buckling", help="Find the first buckling factor of the loads.")] = False,
     sequence: Annotated[
         Optional[Path],
@@ -132,9 +138,9 @@ def simulate(
         forces = read_loads(loads, force, unit=weave_unit, time_limit=time_limit) if loads else []
         tell_part = part_of(tell, 0.1, 0.9)
         if compensate:
-            if buckling or tie_stiffness or segments != _SEGMENTS:
+            if buckling or tie_stiffness or tie_friction is not None or segments != _SEGMENTS:
                 raise Unsupported(
-                    "--compensate takes no --segments, --buckling or --tie-stiffness",
+                    "--compensate takes no --segments, --buckling, --tie-stiffness or --tie-friction",
                     remedy="Simulate the compensated result with them.",
                 )
             equilibrium = pipeline.compensate(
@@ -149,6 +155,7 @@ def simulate(
                 forces=forces,
                 segments=segments,
                 tie_stiffness=tie_stiffness,
+                tie_friction=tie_friction,
                 within=within,
                 unit=unit,
                 buckling=buckling,
@@ -163,10 +170,9 @@ def simulate(
             pipeline.write_handover(equilibrium, handover, unit=unit, overwrite=overwrite)
         lines = pipeline.describe(equilibrium)
         if sequence is not None:
-            nodes = equilibrium.weave.lattice.nodes[equilibrium.is_supported]
             replayed = pipeline.replay(
                 equilibrium.weave,
-                supports=list(nodes) or "none",
+                supports=list(equilibrium.weave.lattice.nodes[equilibrium.is_supported]) or "none",
                 gravity=gravity,
                 unit=unit,
                 progress=tell,

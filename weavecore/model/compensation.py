@@ -13,6 +13,9 @@ from weavecore.model.weave import Weave
 DRAWN, MARKS, HELD = "as drawn", "marks", "marks and held nodes"
 """Verdicts within the limit: nothing has to change; other marks suffice; they do with further nodes held."""
 
+SUPPORTS = "held nodes"
+"""Within it too: no other marks were found to help, but with the drawn ones further nodes held suffice."""
+
 UNSTABLE, OUT_OF_REACH = "unstable", "out of reach"
 """Verdicts beyond it: marks give a balance, but an unstable one; no balance was found."""
 
@@ -34,7 +37,7 @@ class Compensation:
     held : (h,) int64
         Nodes that must be held besides the supports.
     verdict : str
-        ``"as drawn"``, ``"marks"``, ``"marks and held nodes"``, ``"unstable"`` or ``"out of reach"``.
+        ``"as drawn"``, ``"marks"``, ``"marks and held nodes"``, ``"held nodes"``, ``"unstable"`` or ``"out of reach"``.
     """
 
     weave: Weave

@@ -13,12 +13,14 @@ and Saunders 2011) needs a few dozen.  A weave that is let go at once moves far,
 to the drawn places hold it at first, and are made weaker from step to step; the marks follow.
 
 The balance that is found may be unstable: as the springs fade, the weave leaves it.  Then nodes are held where they
-were drawn, first those that depart most, and the marks are fitted again.  Each equilibrium takes one search of
+were drawn, first those that depart most, and the marks are fitted again.  Where that fails, the marks stay as drawn,
+and nodes are held until it suffices (`weavecore.simulating.hold`).  Each equilibrium takes one search of
 `weavecore.simulating.newton`; there are some 15 in each round.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Callable, Optional, cast
@@ -30,10 +32,11 @@ from scipy.sparse.linalg import LinearOperator, lsmr
 from weavecore.errors import NotConverged, Unsupported
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.model import Compensation, Equilibrium, Note, Weave
-from weavecore.model.compensation import DRAWN, HELD, MARKS, OUT_OF_REACH, UNSTABLE
+from weavecore.model.compensation import DRAWN, HELD, MARKS, OUT_OF_REACH, SUPPORTS, UNSTABLE
 from weavecore.simulating.boundary import Loads, Supports, load_forces, supported_nodes
 from weavecore.simulating.discretise import RodPoints, place_points
 from weavecore.simulating.elements import normalised
+from weavecore.simulating.hold import hold_until_within
 from weavecore.simulating.newton import Solution, find_equilibrium, stiffness_scale
 from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave, structure_of
 from weavecore.simulating.structure import Forces, Structure
@@ -55,7 +58,7 @@ bends."""
 _LEFT = 5.0
 """The balance was left where the departure grows by this factor from one stiffness to the next."""
 
-_MOST_SEARCH = 40
+_MOST_SEARCH = 20
 """Factorisations of one search: one that takes longer has left the neighbourhood of the drawing."""
 
 _SOLVES = 40
@@ -142,8 +145,27 @@ def compensate_weave(
         if after.departure_max <= limit or found.departure.max() > limit:
             break
     made = Compensation(cut, before, after, limit, added, _verdict(found, len(added), after, limit))
+    if made.verdict == OUT_OF_REACH and may_hold:
+        made = _with_drawn_marks(made, is_held, loads, unit=unit, progress=progress) or made
+        cut, after = made.weave, made.after
     noted = _with_note(cut, compensation_note(made))
     return replace(made, weave=noted, after=replace(after, weave=noted))
+
+
+def _with_drawn_marks(made: Compensation, is_held: Bools, loads: Loads, **options: Any) -> Optional[Compensation]:
+    """The weave as drawn with nodes held besides the supports (N,), where few are found that suffice."""
+    weave = made.before.weave
+    nodes = weave.lattice.nodes
+    supports = [nodes[[n]] for n in np.flatnonzero(is_held)]
+
+    def at_rest(held: Sequence[Floats]) -> Equilibrium:
+        return simulate_weave(weave, supports=[*supports, *held], loads=loads, **options)
+
+    try:
+        after = hold_until_within(at_rest, made.limit, released=made.before)
+    except NotConverged:
+        return None
+    return Compensation(weave, made.before, after, made.limit, np.flatnonzero(after.is_supported & ~is_held), SUPPORTS)
 
 
 def _reached(weave: Weave, **options: Any) -> Equilibrium:
@@ -228,6 +250,7 @@ def compensation_note(found: Compensation) -> Note:
     reasons = {
         MARKS: "",
         HELD: f", with {len(found.held)} more nodes held where they are",
+        SUPPORTS: f", with {len(found.held)} more nodes held where they are: no other marks were found to help",
         UNSTABLE: f"; the balance near the drawing is unstable, so marks alone do not keep within {limit}: hold nodes",
         OUT_OF_REACH: f"; within {limit} no balance was found with {len(found.held)} more nodes held: hold others",
     }

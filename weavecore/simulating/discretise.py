@@ -8,7 +8,7 @@ Open rods are taken between their outermost joints: the straight parts beyond ca
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Optional
 
@@ -23,8 +23,12 @@ _TIE_STIFFNESS = 1.0
 """Of a tie against that of the median segment: so a tie gives way by microns, and the Hessian is no worse for it."""
 
 
+_MICRO_SLIP = 5e-4
+"""Of a median segment, by which a tie gives way before it slides: stiffer ones hold and slide in turn, and the
+search does not converge."""
+
 _LEAST_SINE = 0.05
-"""Squared sine of the angle of nearly parallel rods, whose spring would be infinitely stiff."""
+"""Squared sine of the angle of nearly parallel rods: their spring would be infinitely stiff, their distance unclear."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,3 +166,15 @@ def scissors_of(points: Floats, ties: TieElements, stiffness: float) -> Scissors
     beside = ties.points[:, 2:] if stiffness else np.zeros((0, 4), np.int64)
     cosine = scissor_cosines(points, beside)
     return Scissors(beside, cosine, stiffness / np.maximum(1.0 - cosine**2, _LEAST_SINE))
+
+
+def sliding(rods: RodPoints, ties: TieElements, friction: Optional[float]) -> TieElements:
+    """The same ties, which slide along rods at a friction in N; those of nearly parallel rods hold."""
+    if friction is None:
+        return ties
+    crosses = 1.0 - scissor_cosines(rods.points, ties.points[:, 2:]) ** 2 > _LEAST_SINE
+    stiffness = ties.stiffness.copy()
+    softest = friction / (_MICRO_SLIP * float(np.median(rods.rest_lengths))) if friction else np.inf
+    stiffness[crosses, 1:] = np.minimum(stiffness[crosses, 1:], softest)
+    slides = replace(ties, stiffness=stiffness, friction=np.where(crosses, friction, np.inf))
+    return replace(slides, rest=tie_values(rods.points, ties.points, slides.slides)[0])

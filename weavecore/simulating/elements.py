@@ -15,6 +15,10 @@ A tie holds two rods one above the other: their distance, and the gap perpendicu
 points beside the tied ones, so the couple of a force across the gap reaches the rods, and rigid motion
 changes no energy.  Rods may turn about the gap as scissors do; where ties resist it, a spring acts on the angle.
 
+A tie with *friction* F slides along a rod when the force there reaches F: the energy goes on from ``s c^2 / 2`` with
+the slope F, which is Coulomb friction of a load that only grows.  Its first component is the distance of the two
+tangents, which sliding leaves as it is, ``g.n`` with ``n = a x b / |a x b|`` of the chords a and b.
+
 Stretch and ties are stiff *constraints* ``c`` with a force ``m = s (c - r)``.  Their Hessian is
 ``s dc dc^T + m ddc``; `weavecore.simulating.newton` passes forces of its own for ``m``.  Units are SI.  All is
 linear in the number of elements.
@@ -23,11 +27,12 @@ linear in the number of elements.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints
 
 _IDENTITY = np.eye(3)
 
@@ -78,11 +83,39 @@ class TieElements:
         Distance of the axes, and how far b lies along a and along b, in m.
     stiffness : (T, 3) float64
         In N/m; of the distance, and along each rod.
+    friction : (T,) float64, optional
+        Force in N at which the tie slides along either rod; infinite where it does not.
     """
 
     points: Ints
     rest: Floats
     stiffness: Floats
+    friction: Optional[Floats] = None
+
+    @cached_property
+    def slides(self) -> Optional[Bools]:
+        """(T,) which ties may slide, None where none may."""
+        return None if self.friction is None else np.isfinite(self.friction)
+
+    def forces(self, elongation: Floats) -> Floats:
+        """(T, 3) forces at elongations (T, 3): those along the rods go up to the friction."""
+        force: Floats = self.stiffness * elongation
+        if self.friction is not None:
+            force[:, 1:] = np.clip(force[:, 1:], -self.friction[:, None], self.friction[:, None])
+        return force
+
+    def energy(self, elongation: Floats) -> float:
+        """Energy of all; on beyond the friction with its slope."""
+        force = self.forces(elongation)
+        return float((force * (elongation - force / self.stiffness / 2)).sum())
+
+    def tangents(self, force: Floats) -> Floats:
+        """(T, 3) stiffness at forces (T, 3): none along a rod where the tie slides."""
+        if self.friction is None:
+            return self.stiffness
+        tangents = self.stiffness.copy()
+        tangents[:, 1:][np.abs(force[:, 1:]) >= self.friction[:, None]] = 0.0
+        return tangents
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +225,11 @@ def stretch_hessian(x: Floats, stretches: Stretches, force: Optional[Floats] = N
     return blocks
 
 
-def tie_values(x: Floats, points: Ints) -> tuple[Floats, Floats]:
-    """Distance and offsets along both rods (T, 3), and their derivatives (T, 3, 3, 3) by gap and both chords."""
+def tie_values(x: Floats, points: Ints, slides: Optional[Bools] = None) -> tuple[Floats, Floats]:
+    """Distance and offsets along both rods (T, 3), and their derivatives (T, 3, 3, 3) by gap and both chords.
+
+    Of ties that slide (T,) the distance is that of the tangents, with a sign.
+    """
     gap, (la, ta), (lb, tb) = _tie_vectors(x, points)
     distance, unit = normalised(gap)
     along_a, along_b = np.einsum("nd,nd->n", gap, ta), np.einsum("nd,nd->n", gap, tb)
@@ -202,19 +238,55 @@ def tie_values(x: Floats, points: Ints) -> tuple[Floats, Floats]:
     slopes[:, 1, 0], slopes[:, 2, 0] = ta, tb
     slopes[:, 1, 1] = (gap - along_a[:, None] * ta) / la[:, None]
     slopes[:, 2, 2] = (gap - along_b[:, None] * tb) / lb[:, None]
+    if slides is not None:
+        apart, by_vectors = _line_distance(gap, la[:, None] * ta, lb[:, None] * tb)[:2]
+        distance = np.where(slides, apart, distance)
+        slopes[slides, 0] = by_vectors[slides]
     return np.stack([distance, along_a, along_b], axis=1), slopes
+
+
+def _line_distance(gap: Floats, a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
+    """Distance (T,) of two lines along a and b (T, 3), first (T, 3, 3) and second (T, 3, 3, 3, 3) derivatives."""
+    length, n = normalised(np.cross(a, b))
+    distance = np.einsum("nd,nd->n", gap, n)
+    q = (gap - distance[:, None] * n) / length[:, None]
+    by_a, by_b = -_crossing(b), _crossing(a)  # Derivatives of a x b.
+    across = projectors(n) / length[:, None, None]
+    inner = (-outer(n, q) - outer(q, n)) / length[:, None, None]
+    inner -= (distance / length)[:, None, None] * across
+    second = np.zeros((len(gap), 3, 3, 3, 3))
+    for k, by_k in ((1, by_a), (2, by_b)):
+        second[:, 0, k] = across @ by_k
+        second[:, k, 0] = second[:, 0, k].transpose(0, 2, 1)
+        second[:, k, k] = by_k.transpose(0, 2, 1) @ inner @ by_k
+    second[:, 1, 2] = by_a.transpose(0, 2, 1) @ inner @ by_b - _crossing(q)
+    second[:, 2, 1] = second[:, 1, 2].transpose(0, 2, 1)
+    return distance, np.stack([n, np.cross(b, q), np.cross(q, a)], axis=1), second
+
+
+def _crossing(v: Floats) -> Floats:
+    """(T, 3, 3) matrices of the cross product with v (T, 3) on the left."""
+    matrix = np.zeros((len(v), 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        matrix[:, i, j], matrix[:, j, i] = -v[:, k], v[:, k]
+    return matrix
 
 
 def tie_hessian(x: Floats, ties: TieElements, force: Optional[Floats] = None) -> Floats:
     """(T, 3, 3, 3, 3) second derivatives by gap and chords, with tie forces (T, 3) of one's own where given."""
-    values, slopes = tie_values(x, ties.points)
-    force = ties.stiffness * (values - ties.rest) if force is None else force
+    values, slopes = tie_values(x, ties.points, ties.slides)
+    force = ties.forces(values - ties.rest) if force is None else force
     flat = slopes.reshape(len(slopes), 3, 9)
-    full = np.einsum("nk,nki,nkj->nij", ties.stiffness, flat, flat, optimize=True)
+    full = np.einsum("nk,nki,nkj->nij", ties.tangents(force), flat, flat, optimize=True)
     blocks: Floats = full.reshape(-1, 3, 3, 3, 3).transpose(0, 1, 3, 2, 4).copy()
     gap, *rods = _tie_vectors(x, ties.points)
     distance, unit = normalised(gap)
-    blocks[:, 0, 0] += (force[:, 0] / distance)[:, None, None] * projectors(unit)
+    is_stuck = 1.0 if ties.slides is None else ~ties.slides
+    blocks[:, 0, 0] += (is_stuck * force[:, 0] / distance)[:, None, None] * projectors(unit)
+    if ties.slides is not None:
+        a, b = (length[:, None] * tangent for length, tangent in rods)
+        apart = _line_distance(gap, a, b)[2][ties.slides]
+        blocks[ties.slides] += force[ties.slides, 0, None, None, None, None] * apart
     for k, (length, tangent) in enumerate(rods, start=1):
         across = projectors(tangent)
         mixed = (force[:, k] / length)[:, None, None] * across

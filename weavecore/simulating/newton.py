@@ -9,10 +9,11 @@ the stiff elements as unknowns of their own and eliminates them again::
     H(x, m) dx = -grad E(x),    H = K_bend + sum s dc dc^T + m ddc        x <- x + dx
     m <- s (c(x) + dc . dx - r)                                        forces by the linear elongations
 
-It costs the same and ends in the same equilibria.  From the drawing most weaves take 4 to 6 such iterations.  A weave
-that shears has far to go along a curved valley of the energy, where the Hessian is nearly singular or indefinite.
-There the search takes steps of the proximal point method (Rockafellar 1976; implicit Euler steps of the gradient flow),
-each by mixed Newton iterations::
+It costs the same and ends in the same equilibria.  From the drawing most weaves take 4 to 9 such iterations.  Where H
+is indefinite because rods are compressed on the way, ``max(m, 0) ddc`` takes the place of ``m ddc``, a modified Newton
+step (Nocedal and Wright 2006, §3.4); the last iteration has the exact H.  A weave that shears has far to go along a
+curved valley of the energy, where this does not suffice.  There the search takes steps of the proximal point method
+(Rockafellar 1976; implicit Euler steps of the gradient flow), each by mixed Newton iterations::
 
     x+ = argmin_y  E(y) + d |y - x|^2 / 2,    d = damping times EI / l^3 of a median segment
 
@@ -54,8 +55,8 @@ _STEP_DONE = 1e-7
 _MOST_ITERATIONS = 6
 """Of a step with damping; the step is shortened rather than followed further."""
 
-_MOST_UNDAMPED = 20
-"""Of a step without: it is given up sooner where it stops shrinking."""
+_MOST_UNDAMPED = 12
+"""Of a step without: searches that end so take up to 9."""
 
 _CLOSE = 0.1
 """A step with damping is accurate enough when its last iteration moves by less than this part of it."""
@@ -207,8 +208,10 @@ class _Search:
         while k < most and self.count < self.most_steps and not is_close:
             k += 1
             factors, n_negative = self._factorised(y, forces, damping)
+            is_indefinite = n_negative > 0
+            if is_indefinite:
+                factors, n_negative = self._factorised(y, forces.without_compression(), damping)
             if n_negative:
-                is_indefinite = True
                 break
             move = self._solve(factors, -structure.gradient(y) - weight * (y - x))
             turn = float((np.linalg.norm(move[b] - move[a], axis=1) / rest).max(initial=0.0))
@@ -220,7 +223,8 @@ class _Search:
             last = float(np.abs(move).max(initial=0.0)) / median
             self._tell(last)
             limit = _CLOSE * float(np.abs(y - x).max(initial=0.0)) / median if damping else 0.0
-            is_close = part == 1.0 and last < max(limit, _STEP_DONE)
+            is_final = damping > 0.0 or not is_indefinite
+            is_close = part == 1.0 and is_final and last < max(limit, _STEP_DONE)
         energy = structure.energy(y) + weight * float(((y - x) ** 2).sum()) / 2
         is_lower = bool(energy <= structure.energy(x) + _ROUNDING * structure.elastic_energy(y))
         return _Trial(y, forces, k, last, is_close and is_lower, is_lower, is_indefinite)

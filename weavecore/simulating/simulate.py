@@ -25,7 +25,7 @@ from weavecore.simulating.boundary import (
     three_point_gauge,
 )
 from weavecore.simulating.buckling import first_buckling_factor
-from weavecore.simulating.discretise import RodPoints, elements_of, place_points, scissors_of
+from weavecore.simulating.discretise import RodPoints, elements_of, place_points, scissors_of, sliding
 from weavecore.simulating.elements import half_angle_tangents, scissor_cosines
 from weavecore.simulating.newton import Solution, find_equilibrium
 from weavecore.simulating.structure import Structure
@@ -48,6 +48,7 @@ def simulate_weave(
     segments: int = SEGMENTS,
     stations: Optional[Any] = None,
     tie_stiffness: float = 0.0,
+    tie_friction: Optional[float] = None,
     unit: Optional[str] = None,
     buckling: bool = False,
     progress: Optional[Progress] = None,
@@ -67,6 +68,8 @@ def simulate_weave(
         Marks at each visit along its rod, in the model's unit, instead of the drawn ones.
     tie_stiffness : float
         Of each tie against the turn of its rods about it, in N·m/rad; without it they turn freely.
+    tie_friction : float, optional
+        Force in N at which a tie slides along a rod; by default ties keep to their marks.
     unit : str, optional
         Unit of the weave where it states none: ``"mm"``, ``"m"``…
     buckling : bool
@@ -84,6 +87,8 @@ def simulate_weave(
         raise Unsupported(f"Rods cannot bend with {segments} segments an edge", remedy="Use 2 or more.")
     if not 0 <= tie_stiffness < np.inf:
         raise Unsupported(f"The stiffness of ties is {tie_stiffness:g}", remedy="Use 0 or more, in N·m/rad.")
+    if tie_friction is not None and not 0 <= tie_friction < np.inf:
+        raise Unsupported(f"The friction of ties is {tie_friction:g}", remedy="Use 0 or more, in N, or leave it out.")
     metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
     held = supported_nodes(weave, supports)
     loads = loads or Loads(gravity=(0.0, 0.0, -1.0) if held.any() else None)
@@ -92,7 +97,8 @@ def simulate_weave(
     rods = place_points(weave.axes, segments=segments, metres=metres, stations=stations)
     diameter = weave.diameters[rods.rod] * metres
     structure = structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
-    structure = replace(structure, scissors=scissors_of(rods.points, structure.ties, tie_stiffness))
+    scissors = scissors_of(rods.points, structure.ties, tie_stiffness)
+    structure = replace(structure, scissors=scissors, ties=sliding(rods, structure.ties, tie_friction))
     found = find_equilibrium(structure, rods.points, progress=progress)
     words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)

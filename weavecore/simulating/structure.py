@@ -42,6 +42,10 @@ class Forces:
     axial: Floats
     tie: Floats
 
+    def without_compression(self) -> Forces:
+        """Those that add no negative curvature: rods in tension, ties at rest."""
+        return Forces(np.maximum(self.axial, 0.0), 0.0 * self.tie)
+
 
 NO_RELAXATION = 1
 """SuperLU's `relax`: by default it pads small subtrees of the elimination tree to dense blocks, which takes up to 14
@@ -131,35 +135,34 @@ class Structure:
     def energies(self, x: Floats) -> dict[str, float]:
         """Elastic energy by kind, in J."""
         stretch, _ = stretch_values(x, self.stretches)
-        tie = tie_values(x, self.ties.points)[0] - self.ties.rest
+        tie = tie_values(x, self.ties.points, self.ties.slides)[0] - self.ties.rest
         return {
             "bending": float(bend_gradient(x, self.bends)[0].sum()),
             "axial": float((self.stretches.stiffness * stretch**2).sum() / 2),
-            "ties": float((self.ties.stiffness * tie**2).sum() / 2)
-            + float(scissor_gradient(x, self.scissors)[0].sum()),
+            "ties": self.ties.energy(tie) + float(scissor_gradient(x, self.scissors)[0].sum()),
         }
 
     def forces(self, x: Floats) -> Forces:
         """Forces of segments and ties at the points ``x`` (n, 3)."""
         stretch, _ = stretch_values(x, self.stretches)
-        tie = tie_values(x, self.ties.points)[0] - self.ties.rest
-        return Forces(self.stretches.stiffness * stretch, self.ties.stiffness * tie)
+        tie = tie_values(x, self.ties.points, self.ties.slides)[0] - self.ties.rest
+        return Forces(self.stretches.stiffness * stretch, self.ties.forces(tie))
 
     def forces_after(self, x: Floats, step: Floats) -> Forces:
         """Forces after a step (n, 3), with the elongations taken as linear in it."""
         stretch, unit = stretch_values(x, self.stretches)
         a, b = self.stretches.points.T
         stretch = stretch + np.einsum("nd,nd->n", unit, step[b] - step[a])
-        tie, slopes = tie_values(x, self.ties.points)
+        tie, slopes = tie_values(x, self.ties.points, self.ties.slides)
         moved = np.einsum("vp,npd->nvd", TIE_SIGNS, step[self.ties.points], optimize=True)
         tie = tie - self.ties.rest + np.einsum("nkvd,nvd->nk", slopes, moved, optimize=True)
-        return Forces(self.stretches.stiffness * stretch, self.ties.stiffness * tie)
+        return Forces(self.stretches.stiffness * stretch, self.ties.forces(tie))
 
     def gradient(self, x: Floats) -> Floats:
         """(n, 3) derivative of the energy: minus the force that is left on each point, reactions included."""
         stretch, unit = stretch_values(x, self.stretches)
-        values, slopes = tie_values(x, self.ties.points)
-        force = self.ties.stiffness * (values - self.ties.rest)
+        values, slopes = tie_values(x, self.ties.points, self.ties.slides)
+        force = self.ties.forces(values - self.ties.rest)
         parts = [
             (self.bends.points, BEND_SIGNS, bend_gradient(x, self.bends)[1]),
             (self.stretches.points, STRETCH_SIGNS, ((self.stretches.stiffness * stretch)[:, None] * unit)[:, None]),
