@@ -23,8 +23,8 @@ from grasshopper_files.xml_archive import encode_xml
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-SAMPLE = ROOT / "sample_files" / "narrow_neck.3dm"
-"""The surface that the definition holds: the first of the paper's Figure 9."""
+SAMPLE = ROOT / "sample_files" / "hourglass.3dm"
+"""The surface that the definition holds: its rods cross and bend without a warning."""
 
 
 def version() -> str:

@@ -28,12 +28,14 @@ from grasshopper_files.internalised import archive_version, encode_geometry
 
 NAME = "weave_workflow"
 TITLE = (
-    "weavecore: surface, offset, link, strands, simulate, export. Move a slider; switch 'write' on to write the file."
+    "weavecore: surface, offset, link, strands, and what follows. Move a slider; switch 'write' on to write the file."
 )
 
 _METHODS = ("levels", "fronts")
 _PATTERNS = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
 _MATERIALS = ("gfrp", "gfrp-short", "bamboo", "rattan", "steel-strip")
+
+_COLOURS = ("family", "utilisation", "step")
 
 _AT = (0.0, 0.0)
 _of, _out = canvas.object_id, canvas.output_id
@@ -92,7 +94,8 @@ def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
 
 def _stages(geometry: Any) -> list[_Stage]:
     """The groups from left to right; the controls of each are placed when they are laid out."""
-    return [*_surface_to_link(geometry), *_strands_to_measure(), _simulate(), _choose()]
+    first = [*_surface_to_link(geometry), *_strands_to_measure()]
+    return [*first, _simulate(), *_shown(), *_made(), *_taken_apart(), _choose()]
 
 
 def _surface_to_link(geometry: Any) -> list[_Stage]:
@@ -110,7 +113,7 @@ def _surface_to_link(geometry: Any) -> list[_Stage]:
             "Weave_Offset",
             "blue",
             {"surface": _out("Weave_Surface", "surface"), "spacing": _of("spacing"), "method": _of("method")},
-            [canvas.slider("spacing", 30.0, 10.0, 100.0, 1, _AT), canvas.value_list("method", _METHODS, _AT)],
+            [canvas.slider("spacing", 50.0, 10.0, 100.0, 1, _AT), canvas.value_list("method", _METHODS, _AT)],
         ),
         _Stage(
             "3 Link",
@@ -130,7 +133,7 @@ def _strands_to_measure() -> list[_Stage]:
             "Weave_Strands",
             "amber",
             {"lattice": _out("Weave_Link", "lattice"), "diameter": _of("diameter"), "material": _of("material")},
-            [canvas.slider("diameter", 1.0, 0.2, 10.0, 1, _AT), canvas.value_list("material", _MATERIALS, _AT)],
+            [canvas.slider("diameter", 0.8, 0.2, 10.0, 1, _AT), canvas.value_list("material", _MATERIALS, _AT)],
             "row",
         ),
         _Stage(
@@ -175,9 +178,75 @@ def _simulate() -> _Stage:
     )
 
 
+def _shown() -> list[_Stage]:
+    weave = _out("Weave_Strands", "weave")
+    return [
+        _Stage(
+            "8 Preview",
+            "Weave_Preview",
+            "amber",
+            {"weave": weave, "colour": _of("colour"), "step": _of("step"), "amplitude": _of("amplitude")},
+            [
+                canvas.value_list("colour", _COLOURS, _AT),
+                canvas.slider("step", 10000.0, 0.0, 10000.0, 0, _AT),
+                canvas.slider("amplitude", 1.0, 0.0, 10.0, 1, _AT),
+            ],
+            "row",
+        ),
+        _Stage(
+            "9 View",
+            "Weave_View",
+            "green",
+            {"value": weave, "show": _of("show")},
+            [canvas.toggle("show", False, _AT)],
+        ),
+        _Stage(
+            "10 Bake",
+            "Weave_Bake",
+            "green",
+            {"weave": weave, "bake": _of("bake")},
+            [canvas.toggle("bake", False, _AT)],
+        ),
+    ]
+
+
+def _made() -> list[_Stage]:
+    inputs = {name: _of(name) for name in ("stock", "folder")}
+    return [
+        _Stage(
+            "11 Fabricate",
+            "Weave_Fabricate",
+            "green",
+            {"weave": _out("Weave_Strands", "weave"), **inputs, "write": _of("fabricate")},
+            [
+                canvas.slider("stock", 6000.0, 500.0, 12000.0, 0, _AT),
+                canvas.panel("folder", _AT, (170.0, 30.0), text="workshop"),
+                canvas.toggle("fabricate", False, _AT),
+                canvas.panel("cut list", _AT, (330.0, 150.0), source=_out("Weave_Fabricate", "cut_list")),
+                canvas.panel("sums", _AT, (330.0, 76.0), source=_out("Weave_Fabricate", "report")),
+            ],
+            "row",
+        ),
+    ]
+
+
+def _taken_apart() -> list[_Stage]:
+    lattice, weave = _out("Weave_Link", "lattice"), _out("Weave_Strands", "weave")
+    return [
+        _Stage("12 Lattice", "Deconstruct_Lattice", "blue", {"lattice": lattice}, place="row"),
+        _Stage(
+            "13 Weave",
+            "Deconstruct_Weave",
+            "blue",
+            {"weave": weave},
+            [canvas.panel("order", _AT, (200.0, 90.0), source=_out("Deconstruct_Weave", "order"))],
+        ),
+    ]
+
+
 def _choose() -> _Stage:
     return _Stage(
-        "8 Choose",
+        "14 Choose",
         "Weave_Choose",
         "blue",
         {"table": _of("table")},

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 
@@ -20,10 +21,12 @@ from grasshopper_files.archive import Chunk, decode_archive, encode_archive
 from grasshopper_files.components import read_component, script_text
 from grasshopper_files.xml_archive import decode_xml
 from weavecore import pipeline
+from weavecore.canvas.previewing import COLOURS
 from weavecore.exporting.registry import WRITERS
 from weavecore.linking.link import PATTERN_NAMES
 from weavecore.pipeline import METHODS
 from weavecore.reading.read import ENDINGS
+from weavecore.rhino_geometry import DocumentUnit
 from weavecore.weaving.bending import known_materials
 
 SAMPLE = Path(build.SAMPLE)
@@ -107,6 +110,19 @@ def test_the_definition_run_head_to_tail_gives_the_lattice_of_the_pipeline(workf
     assert [text for ran in definition.ran.values() for level, text in ran.messages if level == "Error"] == []
 
 
+def test_the_definition_opens_without_a_warning(
+    workflow: Chunk, canvas: Canvas, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unit = DocumentUnit("Millimeters", 0.01)
+    monkeypatch.setattr(import_module("weavecore.canvas.solve"), "document_unit", lambda: unit)
+    definition = Definition(workflow)
+    for one in definition.objects:
+        if one.is_component:
+            messages = definition.run(one.name).messages
+            assert [text for level, text in messages if level != "Remark"] == [], one.name
+            assert messages == [] or one.name == "Weave Choose"
+
+
 def test_moving_a_slider_changes_what_hangs_on_it(workflow: Chunk, canvas: Canvas) -> None:
     definition = Definition(workflow)
     before = definition.run("Weave Strands")["weave"]
@@ -125,7 +141,7 @@ def test_moving_a_slider_changes_what_hangs_on_it(workflow: Chunk, canvas: Canva
 
 
 def test_the_lists_offer_what_weavecore_knows(workflow: Chunk) -> None:
-    known = {"method": METHODS, "pattern": PATTERN_NAMES, "material": known_materials()}
+    known = {"method": METHODS, "pattern": PATTERN_NAMES, "material": known_materials(), "colour": COLOURS}
     inputs = {p["name"]: p["description"] for name in NAMES for p in read_component(COMPONENTS / name).inputs}
     for name, values in known.items():
         container = Definition(workflow).named(name).container

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any, Optional, Union
 
 from weavecore import pipeline
 from weavecore.canvas.solve import Run
-from weavecore.errors import NoSurface
+from weavecore.errors import NoSurface, Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import plane_from
@@ -184,3 +184,27 @@ def chosen(values: Any) -> Optional[list[int]]:
     """
     found = [values] if isinstance(values, (int, float)) else values or ()
     return [int(value) for value in found if value is not None] or None
+
+
+def named(value: Optional[str], names: Sequence[str], label: str) -> Optional[str]:
+    """One of some names, however its letters are written; None where there is no text.
+
+    Parameters
+    ----------
+    value : str, optional
+    names : sequence of str
+    label : str
+        What is named, for the message.
+
+    Raises
+    ------
+    Unsupported
+        Where it is none of them.
+    """
+    if value is None or not str(value).strip():
+        return None
+    wanted = str(value).strip().strip('"').lower()
+    for name in names:
+        if name.lower() == wanted:
+            return name
+    raise Unsupported(f"Unknown {label} {value!r}", remedy=f"Use one of: {', '.join(names)}.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any, NamedTuple, Optional
 
 import numpy as np
@@ -10,8 +9,9 @@ from scipy.interpolate import make_interp_spline
 
 from weavecore import pipeline
 from weavecore.canvas.inputs import referenced
-from weavecore.canvas.results import data_tree, family_branches, grouped
+from weavecore.canvas.results import family_branches
 from weavecore.canvas.solve import Run
+from weavecore.canvas.trees import grouped
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.model import Equilibrium, Weave
@@ -131,29 +131,34 @@ def draw_equilibrium(run: Run, equilibrium: Equilibrium) -> EquilibriumResults:
     for s in range(len(weave)):
         if s % _RODS_A_POLL == 0:
             run.progress(s / len(weave), "drawing")
-        curves.append(drawing.spline(*_curve_at_rest(equilibrium, s)))
+        curves.append(drawing.spline(*curve_at_rest(equilibrium, s)))
     used = equilibrium.greatest_of_rods(equilibrium.utilisation).tolist()
     held = equilibrium.is_supported
     metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit_of(run, weave)) / 1000.0
     springs = springs_of(weave, metres=metres)
     lines = drawing.lines(springs.starts, springs.ends)
-    vector = import_module("Rhino.Geometry").Vector3d
     return EquilibriumResults(
-        rods=data_tree(grouped(branch, curves)),
+        rods=run.tree(grouped(branch, curves)),
         departure=equilibrium.departure.tolist(),
-        utilisation=data_tree(grouped(branch, used)),
+        utilisation=run.tree(grouped(branch, used)),
         held=list(drawing.points(weave.lattice.nodes[held])),
-        reactions=[vector(*force) for force in equilibrium.reaction[held].tolist()],
+        reactions=drawing.vectors(equilibrium.reaction[held]),
         stable=equilibrium.is_stable,
-        springs=data_tree(grouped(springs.rod.tolist(), lines)),
-        lengths=data_tree(grouped(springs.rod.tolist(), springs.rest_length.tolist())),
-        strengths=data_tree(grouped(springs.rod.tolist(), springs.stiffness.tolist())),
+        springs=run.tree(grouped(springs.rod.tolist(), lines)),
+        lengths=run.tree(grouped(springs.rod.tolist(), springs.rest_length.tolist())),
+        strengths=run.tree(grouped(springs.rod.tolist(), springs.stiffness.tolist())),
         ties=drawing.lines(springs.tie_starts, springs.tie_ends),
     )
 
 
-def _curve_at_rest(equilibrium: Equilibrium, rod: int) -> tuple[Floats, Floats]:
-    """Knots and control points of a cubic through the points of a rod."""
+def curve_at_rest(equilibrium: Equilibrium, rod: int) -> tuple[Floats, Floats]:
+    """Knots and control points of a cubic through the points of a rod.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    rod : int
+    """
     points = equilibrium.points[equilibrium.offsets[rod] : equilibrium.offsets[rod + 1]]
     is_closed = bool(equilibrium.weave.strands.closed[rod])
     through = np.concatenate([points, points[:1]]) if is_closed else points
