@@ -68,14 +68,18 @@ class Icon:
         self._lay(distance <= radius, DARK)
         self._lay(distance <= radius - EDGE, colour)
 
-    def png(self) -> bytes:
-        """The bytes of a .png."""
+    def pixels(self) -> NDArray[np.uint8]:
+        """Red, green, blue and opacity (size, size, 4)."""
         n = self._size
         alpha = self._alpha.reshape(n, _FINE, n, _FINE).mean((1, 3))
         weighted = (self._colour * self._alpha[..., None]).reshape(n, _FINE, n, _FINE, 3).mean((1, 3))
         colour = weighted / np.maximum(alpha, 1e-9)[..., None]
         pixels = np.concatenate([colour, 255.0 * alpha[..., None]], axis=2)
-        return encode_png(np.rint(pixels).astype(np.uint8))
+        return np.rint(pixels).astype(np.uint8)
+
+    def png(self) -> bytes:
+        """The bytes of a .png."""
+        return encode_png(self.pixels())
 
     def _lay(self, where: NDArray[np.bool_], colour: Colour) -> None:
         self._colour[where] = colour

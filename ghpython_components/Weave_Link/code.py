@@ -5,7 +5,7 @@ from weavecore import canvas
 
 
 def compute(run, latitudes, edge, pattern, free_rings):
-    options = {"edge_length": edge, "pattern": pattern or "triangular", "free_rings": bool(free_rings)}
+    options = {"edge_length": edge, "pattern": canvas.plain(pattern) or "triangular", "free_rings": bool(free_rings)}
     lattice = wc.link(latitudes, **options, progress=run.progress)
     drawn = canvas.draw_lattice(run, lattice)
     run.caption = canvas.counts(node=lattice.n_nodes, edge=lattice.n_edges)

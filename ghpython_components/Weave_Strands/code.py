@@ -9,8 +9,8 @@ def compute(run, lattice, diameter, material, style, stock):
         lattice,
         rod_diameter=diameter,
         stock=canvas.diameters(stock),
-        material=material or "gfrp",
-        over_under=style,
+        material=canvas.plain(material) or "gfrp",
+        over_under=canvas.plain(style),
         progress=run.progress,
     )
     drawn = canvas.draw_rods(run, weave)

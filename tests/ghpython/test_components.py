@@ -224,6 +224,43 @@ def test_the_offset_starts_at_guides(guide: Any, is_closed: bool, tube: SurfaceM
     assert again["latitudes"] is ran["latitudes"], "the same guide is not computed again"
 
 
+def test_borders_are_picked_by_what_lies_near_them(tube: SurfaceMesh, canvas: Canvas) -> None:
+    top = int(np.argmax([tube.vertices[loop][:, 2].mean() for loop in tube.borders]))
+    z = float(tube.vertices[tube.borders[top]][:, 2].mean())
+    for near in (rhino3dm.Point3d(3.0, 0.0, z + 1.0), rhino3dm.Circle(rhino_shapes.point(0, 0, z), 0.7)):
+        ran = run_component("Weave_Offset", surface=tube, spacing=[1.0], borders=[near, None, top])
+        assert [p.tolist() for p in ran["latitudes"].surface.starts.paths] == [tube.borders[top].tolist()]
+    for wrong, told in (
+        (0.5, "A border has a whole number (got 0.5)"),
+        ("top", "borders must be a number (got 'top')"),
+    ):
+        ((level, text),) = run_component("Weave_Offset", surface=tube, borders=[wrong]).messages
+        assert (level, told in text) == ("Error", True), text
+
+
+def test_names_may_have_capitals_and_numbers_must_be_numbers(canvas: Canvas, tube: SurfaceMesh) -> None:
+    offset = run_component("Weave_Offset", surface=tube, spacing=["1.0"], method=" Levels ")
+    lattice = run_component("Weave_Link", latitudes=offset["latitudes"], pattern='"Kagome"')["lattice"]
+    assert lattice.pattern == "kagome"
+    strands = run_component("Weave_Strands", lattice=lattice, diameter=0.01, material="GFRP", style="Plain")
+    assert strands["weave"].over_under == "plain"
+    for inputs, told in (
+        ({"spacing": ["abc"]}, "spacing must be a number (got 'abc')"),
+        ({"method": "Rays"}, "'rays'"),
+    ):
+        ((level, text),) = run_component("Weave_Offset", surface=tube, **inputs).messages
+        assert (level, told in text) == ("Error", True), text
+        assert "INTERNAL" not in text
+
+
+def test_a_panel_shows_a_result_in_one_line(stages: dict[str, Ran]) -> None:
+    parts = (("surface", "surface"), ("offset", "latitudes"), ("link", "lattice"), ("strands", "weave"))
+    for stage, name in (*parts, ("simulate", "equilibrium")):
+        text = str(stages[stage][name])
+        assert re.fullmatch(r"<[A-Z]\w+: .*\d.*>", text), text
+        assert len(text) < 100
+
+
 def test_a_guide_off_the_surface_is_refused_in_words(tube: SurfaceMesh, canvas: Canvas) -> None:
     far = rhino3dm.Line(rhino_shapes.point(9, 0, 1), rhino_shapes.point(9, 0, 4))
     wrong = ((far, "BAD_CURVE: The curve lies up to 8 off"), (object(), "BAD_CURVE: A object is not a curve"))
@@ -314,7 +351,13 @@ def test_measures_are_those_of_the_lattice(stages: dict[str, Ran]) -> None:
     assert len(ran["spacing"]) == len(lattice.latitudes) - 1
     assert 0.97 * 50.0 < min(ran["spacing"]) <= max(ran["spacing"]) < 1.001 * 50.0
     assert 0.8 < ran["regular"] <= 1.0
-    assert ran["radius"] == stages["strands"]["weave"].bending.min_radius.min()
+    weave = stages["strands"]["weave"]
+    assert ran["radius"] == weave.bending.min_radius.min()
+    assert (ran["length"], ran["joints"]) == (weave.axes.lengths.sum(), len(weave.joints))
+    metres = ran["length"] / 1000.0
+    kilograms = metres * np.pi / 4 * (weave.rod_diameter / 1000.0) ** 2 * weave.material.density
+    assert kilograms <= ran["mass"] < 1.05 * kilograms
+    assert 0.0 <= ran["waste"] < 1.0
     assert any("strands" in line for line in ran["findings"])
 
 

@@ -9,7 +9,7 @@ from weavecore.canvas.baking import bake_rods
 from weavecore.canvas.choosing import ChosenRow, choose_row
 from weavecore.canvas.cutting import CutResults, draw_cut_list
 from weavecore.canvas.deconstructing import LatticeParts, WeaveParts, draw_lattice_parts, draw_weave_parts
-from weavecore.canvas.inputs import chosen, diameters, named, numbers, read_curves, read_geometry
+from weavecore.canvas.inputs import chosen, diameters, named, numbers, plain, read_curves, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
 from weavecore.canvas.previewing import PreviewResults, draw_preview
 from weavecore.canvas.results import (
@@ -69,6 +69,7 @@ __all__ = [
     "named",
     "numbers",
     "open_page",
+    "plain",
     "read_curves",
     "read_geometry",
     "read_loads",

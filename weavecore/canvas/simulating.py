@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from weavecore import pipeline
-from weavecore.canvas.inputs import referenced
+from weavecore.canvas.inputs import coordinates, referenced
 from weavecore.canvas.results import family_branches
 from weavecore.canvas.solve import Run
 from weavecore.canvas.trees import grouped
@@ -69,7 +69,7 @@ def read_places(run: Run, values: Any) -> list[Floats]:
         As `weavecore.reading.curves_from`.
     """
     found = [referenced(value) for value in values or () if value is not None]
-    points = [_coordinates(value) for value in found]
+    points = [coordinates(value) for value in found]
     curves = [value for value, point in zip(found, points) if point is None]
     sampled = iter(pipeline.curves_from(curves, tolerance=run.document.tolerance))
     return [next(sampled) if point is None else point[None] for point in points]
@@ -92,8 +92,8 @@ def read_loads(points: Any, forces: Any) -> list[tuple[Floats, Floats]]:
     Unsupported
         Where there are points without forces, or forces without points, or one of them is neither.
     """
-    places = [_coordinates(referenced(value)) for value in points or () if value is not None]
-    vectors = [_coordinates(value) for value in forces or () if value is not None]
+    places = [coordinates(referenced(value)) for value in points or () if value is not None]
+    vectors = [coordinates(value) for value in forces or () if value is not None]
     if any(one is None for one in (*places, *vectors)):
         raise Unsupported("The points must be points and the forces vectors", remedy="Wire points and vectors.")
     if bool(places) != bool(vectors):
@@ -104,14 +104,6 @@ def read_loads(points: Any, forces: Any) -> list[tuple[Floats, Floats]]:
         )
     vectors += vectors[-1:] * (len(places) - len(vectors))
     return [(place, vector) for place, vector in zip(places, vectors) if place is not None and vector is not None]
-
-
-def _coordinates(value: Any) -> Optional[Floats]:
-    """(3,) of a point or vector of Rhino; None of anything else."""
-    place = getattr(value, "Location", value)
-    if all(hasattr(place, name) for name in "XYZ"):
-        return np.array([place.X, place.Y, place.Z], np.float64)
-    return None
 
 
 def draw_equilibrium(run: Run, equilibrium: Equilibrium) -> EquilibriumResults:
