@@ -21,7 +21,11 @@ class Fabricate(Grasshopper.Kernel.GH_ScriptInstance):
             "write": write,
             "overwrite": overwrite,
         }
+        options = {
+            "needs": {"weave": wc.Weave},
+            "buttons": ["write"],
+            "n_outputs": 9,
+            "lists": canvas.lists_of("splice"),
+        }
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(
-            component, sticky, compute, inputs, needs={"weave": wc.Weave}, buttons=["write"], n_outputs=9
-        )
+        return canvas.solve(component, sticky, compute, inputs, **options)

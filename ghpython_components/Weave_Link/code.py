@@ -15,5 +15,6 @@ def compute(run, latitudes, edge, pattern, free_rings):
 class Link(Grasshopper.Kernel.GH_ScriptInstance):
     def RunScript(self, latitudes, edge: float, pattern: str, free_rings: bool):
         inputs = {"latitudes": latitudes, "edge": edge, "pattern": pattern, "free_rings": free_rings}
+        options = {"needs": {"latitudes": wc.Latitudes}, "n_outputs": 6, "lists": canvas.lists_of("pattern")}
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(component, sticky, compute, inputs, needs={"latitudes": wc.Latitudes}, n_outputs=6)
+        return canvas.solve(component, sticky, compute, inputs, **options)

@@ -28,5 +28,6 @@ class Offset(Grasshopper.Kernel.GH_ScriptInstance):
         guides: System.Collections.Generic.List[object],
     ):
         inputs = {"surface": surface, "spacing": spacing, "method": method, "borders": borders, "guides": guides}
+        options = {"needs": {"surface": wc.SurfaceMesh}, "n_outputs": 3, "lists": canvas.lists_of("method")}
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(component, sticky, compute, inputs, needs={"surface": wc.SurfaceMesh}, n_outputs=3)
+        return canvas.solve(component, sticky, compute, inputs, **options)

@@ -12,5 +12,6 @@ def compute(run, weave, colour, step, amplitude):
 class Preview(Grasshopper.Kernel.GH_ScriptInstance):
     def RunScript(self, weave, colour: str, step: int, amplitude: float):
         inputs = {"weave": weave, "colour": colour, "step": step, "amplitude": amplitude}
+        options = {"needs": {"weave": object}, "n_outputs": 5, "lists": canvas.lists_of("colour")}
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(component, sticky, compute, inputs, needs={"weave": object}, n_outputs=5)
+        return canvas.solve(component, sticky, compute, inputs, **options)

@@ -28,5 +28,6 @@ class Simulate(Grasshopper.Kernel.GH_ScriptInstance):
     ):
         inputs = {"weave": weave, "supports": supports, "places": places, "gravity": gravity, "pressure": pressure}
         inputs.update(points=points, forces=forces)
+        options = {"needs": {"weave": wc.Weave}, "n_outputs": 11, "lists": canvas.lists_of("supports")}
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(component, sticky, compute, inputs, needs={"weave": wc.Weave}, n_outputs=11)
+        return canvas.solve(component, sticky, compute, inputs, **options)

@@ -96,7 +96,7 @@ class Component:
 
     @property
     def Message(self) -> str:
-        return self.captions[-1]
+        return self.captions[-1] if self.captions else ""
 
     @Message.setter
     def Message(self, text: str) -> None:

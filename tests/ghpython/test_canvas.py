@@ -136,10 +136,10 @@ def test_results_are_freed_with_the_document_and_with_the_component(
     document.Objects.append(Component(["x"], wired=["x"], InstanceGuid="new"))
     document.Objects[-1].OnPingDocument = lambda: document
     run_once(note([]), document.Objects[-1], sticky, x=1)
-    assert "weavecore:1" not in sticky, "the component is deleted"
+    assert "weavecore:0:1" not in sticky, "the component is deleted"
     (handler,) = server.handlers
     handler(None, placed[3].OnPingDocument())
-    assert [name for name in sticky if name.startswith("weavecore:")] == ["weavecore:0", "weavecore:new"]
+    assert [name for name in sticky if name.startswith("weavecore:")] == ["weavecore:0:0", "weavecore:0:new"]
 
 
 def test_a_button_acts_once_and_in_all_runs_of_its_solution(canvas: Canvas) -> None:
@@ -365,3 +365,48 @@ def test_measuring_needs_latitudes_at_least(stages: dict[str, Ran]) -> None:
     assert len(measures.spacing) == len(latitudes) - 1
     with pytest.raises(Unsupported, match="nothing to measure of a SurfaceMesh"):
         measure(stages["surface"]["surface"])  # type: ignore[arg-type]
+
+
+class ValueLists(list[Any]):
+    Add, Clear = list.append, list.clear
+
+
+def value_list() -> Any:
+    made = SimpleNamespace(ListItems=ValueLists(["One", "Two"]), Attributes=SimpleNamespace(), selected=None)
+    made.CreateAttributes = lambda: None
+    made.SelectItem = lambda i: setattr(made, "selected", made.ListItems[i])
+    return made
+
+
+def test_lists_appear_and_are_wired_when_a_component_is_placed(canvas: Canvas, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel: Any = sys.modules["Grasshopper.Kernel"]
+    monkeypatch.setattr(kernel.GH_Document, "GH_ScheduleDelegate", lambda call: call, raising=False)
+    special, drawing = ModuleType("Grasshopper.Kernel.Special"), ModuleType("System.Drawing")
+    vars(special).update(GH_ValueList=value_list, GH_ValueListItem=lambda name, expression: (name, expression))
+    vars(drawing)["PointF"] = lambda x, y: (x, y)
+    monkeypatch.setitem(sys.modules, "Grasshopper.Kernel.Special", special)
+    monkeypatch.setitem(sys.modules, "System.Drawing", drawing)
+    scheduled: list[Any] = []
+    added: list[Any] = []
+    wired: list[Any] = []
+    document: Any = SimpleNamespace(DocumentID="0", FilePath=None, Objects=[])
+    document.ScheduleSolution = lambda _, call: scheduled.append(call)
+    document.AddObject = lambda made, _: added.append(made)
+    inputs = [SimpleNamespace(Name=name, NickName=name, SourceCount=0, AddSource=wired.append) for name in ("x", "by")]
+    component: Any = SimpleNamespace(InstanceGuid="1", Params=SimpleNamespace(Input=inputs), Message="")
+    component.Attributes = SimpleNamespace(Bounds=SimpleNamespace(Left=300.0, Bottom=90.0))
+    component.OnPingDocument = lambda: document
+    component.ExpireSolution = lambda _: None
+    sticky: dict[str, Any] = {}
+    options: dict[str, Any] = {"needs": {"x": int}, "n_outputs": 1, "lists": {"by": ("levels", "fronts")}}
+    for _ in range(3):
+        assert solve(component, sticky, note([]), {"x": None, "by": None}, **options) == (None,)
+    (call,) = scheduled
+    call(document)
+    (made,) = added
+    assert wired == [made]
+    assert made.ListItems == [("levels", '"levels"'), ("fronts", '"fronts"')]
+    assert (made.NickName, made.selected[0], made.Attributes.Pivot[0] < 300.0) == ("by", "levels", True)
+    inputs[1].SourceCount, component.InstanceGuid = 1, "2"
+    solve(component, sticky, note([]), {"x": None, "by": None}, **options)
+    assert len(scheduled) == 1, "it is wired already"

@@ -11,7 +11,7 @@ from weavecore.canvas.cutting import CutResults, draw_cut_list
 from weavecore.canvas.deconstructing import LatticeParts, WeaveParts, draw_lattice_parts, draw_weave_parts
 from weavecore.canvas.inputs import chosen, diameters, named, numbers, plain, read_curves, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
-from weavecore.canvas.previewing import PreviewResults, draw_preview
+from weavecore.canvas.previewing import COLOURS, PreviewResults, draw_preview
 from weavecore.canvas.results import (
     LatitudeResults,
     LatticeResults,
@@ -32,8 +32,35 @@ from weavecore.canvas.simulating import (
 )
 from weavecore.canvas.solve import Cancelled, Run, solve
 from weavecore.canvas.writing import check, concerns, counts, open_page, report_lines, write_value
+from weavecore.fabricating.workshop import SPLICES
+from weavecore.linking.link import PATTERN_NAMES
+from weavecore.pipeline import METHODS
+from weavecore.weaving.bending import known_materials
+
+LISTS = {
+    "method": METHODS,
+    "pattern": PATTERN_NAMES,
+    "material": known_materials(),
+    "supports": ("borders", "none"),
+    "colour": COLOURS,
+    "splice": SPLICES,
+}
+"""Names that inputs take, the default first."""
+
+
+def lists_of(*inputs: str) -> dict[str, tuple[str, ...]]:
+    """The lists that are offered for some inputs.
+
+    Parameters
+    ----------
+    inputs : str
+        Keys of `LISTS`.
+    """
+    return {name: tuple(LISTS[name]) for name in inputs}
+
 
 __all__ = [
+    "LISTS",
     "Cancelled",
     "ChosenRow",
     "CutResults",
@@ -64,6 +91,7 @@ __all__ = [
     "draw_weave_parts",
     "equilibrium_caption",
     "equilibrium_concerns",
+    "lists_of",
     "measure",
     "measures_caption",
     "named",

@@ -27,12 +27,15 @@ class Shelf:
     ----------
     document : object, optional
         The definition that the component is in.
+    guid : str
+        Of the component.
     """
 
-    def __init__(self, document: Any) -> None:
-        self.document = document
+    def __init__(self, document: Any, guid: str) -> None:
+        self.document, self.guid = document, guid
         self.down: set[str] = set()
         self.pressed: set[str] = set()
+        self.has_lists = False
         self._outcomes: OrderedDict[str, Any] = OrderedDict()
 
     def __len__(self) -> int:
@@ -62,11 +65,13 @@ def shelf_of(component: Any, sticky: MutableMapping[str, Any]) -> Shelf:
     component : IGH_Component
     sticky : mapping
     """
-    name = f"{_PREFIX}{component.InstanceGuid}"
+    document, guid = component.OnPingDocument(), str(component.InstanceGuid)
+    # A definition that is opened twice, or saved under another name, has the same components.
+    name = f"{_PREFIX}{getattr(document, 'DocumentID', '')}:{guid}"
     if name not in sticky:
         clear_shelves(sticky)
         _watch_documents(sticky)
-        sticky[name] = Shelf(component.OnPingDocument())
+        sticky[name] = Shelf(document, guid)
     shelf: Shelf = sticky[name]
     return shelf
 
@@ -91,7 +96,7 @@ def clear_shelves(sticky: MutableMapping[str, Any], closed: Any = None) -> None:
         if document is None:  # It is not on a canvas.
             continue
         is_open = str(document.DocumentID) in open_ids
-        if not is_open or not _holds(document, name[len(_PREFIX) :]):
+        if not is_open or not _holds(document, sticky[name].guid):
             del sticky[name]
 
 

@@ -14,7 +14,7 @@ import hashlib
 import json
 import os
 import warnings
-from collections.abc import Iterable, Mapping, MutableMapping
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from importlib import import_module
@@ -26,6 +26,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from weavecore.canvas.keeping import pressed, runs_of, shelf_of
+from weavecore.canvas.placing import offer_lists
 from weavecore.canvas.trees import data_tree
 from weavecore.errors import UnitUnknown, Unsupported, WeaveError
 from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, is_rhino_mesh, rhino_faces, rhino_vertices
@@ -146,6 +147,7 @@ def solve(
     n_outputs: int,
     is_kept: bool = True,
     buttons: Iterable[str] = (),
+    lists: Optional[Mapping[str, Sequence[str]]] = None,
 ) -> Outputs:
     """Run a component.
 
@@ -166,6 +168,8 @@ def solve(
         Whether the same inputs give the same outputs, so that they need not be computed again.
     buttons : iterable of str
         Inputs that act once when they turn true: `compute` gets them as true in that solution alone.
+    lists : mapping of str to sequence of str, optional
+        Names that inputs take, offered as lists when the component is placed.
 
     Returns
     -------
@@ -178,6 +182,7 @@ def solve(
     inputs = {**inputs, **pressed(component, sticky, {name: inputs[name] for name in buttons}, number)}
     missing = [name for name in needs if inputs[name] is None]
     if missing:
+        offer_lists(component, shelf_of(component, sticky), lists or {})
         wired = [name for name in missing if _is_wired(component, name)]
         balloons = tuple((WARNING, f"{name}: nothing comes through the wire.") for name in wired)
         _show(component, Outcome(nothing, "", balloons))
