@@ -68,14 +68,18 @@ class Icon:
         self._lay(distance <= radius, DARK)
         self._lay(distance <= radius - EDGE, colour)
 
-    def png(self) -> bytes:
-        """The bytes of a .png."""
+    def pixels(self) -> NDArray[np.uint8]:
+        """Red, green, blue and opacity (size, size, 4)."""
         n = self._size
         alpha = self._alpha.reshape(n, _FINE, n, _FINE).mean((1, 3))
         weighted = (self._colour * self._alpha[..., None]).reshape(n, _FINE, n, _FINE, 3).mean((1, 3))
         colour = weighted / np.maximum(alpha, 1e-9)[..., None]
         pixels = np.concatenate([colour, 255.0 * alpha[..., None]], axis=2)
-        return encode_png(np.rint(pixels).astype(np.uint8))
+        return np.rint(pixels).astype(np.uint8)
+
+    def png(self) -> bytes:
+        """The bytes of a .png."""
+        return encode_png(self.pixels())
 
     def _lay(self, where: NDArray[np.bool_], colour: Colour) -> None:
         self._colour[where] = colour
@@ -171,6 +175,58 @@ def choose(icon: Icon) -> None:
     icon.line([(14.5, 11.5), (17.5, 15.5), (22.0, 6.5)], RED, width=2.8)
 
 
+def preview(icon: Icon) -> None:
+    """An eye on the weave: its lid, and rods in the pupil's place."""
+    icon.fill([*_arc(1.4, 12.0, 3.0), *_arc(1.4, 12.0, 21.0)[::-1]], PALE)
+    icon.line(_arc(1.4, 12.0, 3.0), DARK, width=1.6, edge=False)
+    icon.line(_arc(1.4, 12.0, 21.0), DARK, width=1.6, edge=False)
+    icon.dot(12, 12, 5.4, TEAL)
+    icon.dot(12, 12, 2.2, DARK)
+
+
+def deconstruct_lattice(icon: Icon) -> None:
+    """A triangle, its corners apart from its sides."""
+    corners = [(12.0, 3.4), (21.0, 19.6), (3.0, 19.6)]
+    for (x0, y0), (x1, y1) in zip(corners, [*corners[1:], corners[0]]):
+        ends = [(x0 + (x1 - x0) * part, y0 + (y1 - y0) * part) for part in (0.3, 0.7)]
+        icon.line(ends, AMBER, width=2.6)
+    for x, y in corners:
+        icon.dot(x, y, 2.9, BLUE)
+
+
+def deconstruct_weave(icon: Icon) -> None:
+    """Two rods pulled apart from their joint."""
+    icon.line([(2.4, 6.0), (21.6, 6.0)], BLUE, width=3.2)
+    icon.line([(2.4, 18.0), (21.6, 18.0)], AMBER, width=3.2)
+    icon.line([(12.0, 9.2), (12.0, 14.8)], RED, width=1.4, edge=False)
+    icon.dot(12, 12, 2.4, (255, 255, 255))
+
+
+def fabricate(icon: Icon) -> None:
+    """Straight rods of different lengths with marks."""
+    for y, end, colour in ((4.6, 21.6, BLUE), (12.0, 16.0, TEAL), (19.4, 19.0, AMBER)):
+        icon.line([(2.4, y), (end, y)], colour, width=3.6)
+        for x in (6.0, 10.5, 14.0):
+            icon.line([(x, y - 2.4), (x, y + 2.4)], DARK, width=1.0, edge=False)
+
+
+def view(icon: Icon) -> None:
+    """A window with a ring in it."""
+    frame = [(1.8, 3.4), (22.2, 3.4), (22.2, 20.6), (1.8, 20.6)]
+    icon.fill(frame, (255, 255, 255))
+    icon.fill([(1.8, 3.4), (22.2, 3.4), (22.2, 7.6), (1.8, 7.6)], BLUE)
+    icon.line([*frame, frame[0]], DARK, width=1.4, edge=False)
+    icon.line(ellipse(12, 14, 5.6, 4.2), AMBER)
+
+
+def bake(icon: Icon) -> None:
+    """Rods that go down into a layer."""
+    icon.fill([(1.6, 17.6), (12.0, 12.4), (22.4, 17.6), (12.0, 22.8)], GREEN)
+    icon.line([(1.6, 17.6), (12.0, 12.4), (22.4, 17.6), (12.0, 22.8), (1.6, 17.6)], DARK, width=1.0, edge=False)
+    icon.line([(12.0, 1.8), (12.0, 16.4)], RED, width=2.8)
+    icon.line([(7.8, 12.4), (12.0, 17.0), (16.2, 12.4)], RED, width=2.8)
+
+
 def _arc(x: float, y: float, top: float) -> list[tuple[float, float]]:
     """An arc from (x, y) over the middle at ``top`` to the other side."""
     return [(x + (SIDE - 2 * x) * i / 48, y + (top - y) * math.sin(math.pi * i / 48)) for i in range(49)]
@@ -185,6 +241,12 @@ DRAWINGS: dict[str, Callable[[Icon], None]] = {
     "Weave_Export": export,
     "Weave_Measure": measure,
     "Weave_Choose": choose,
+    "Weave_Preview": preview,
+    "Deconstruct_Lattice": deconstruct_lattice,
+    "Deconstruct_Weave": deconstruct_weave,
+    "Weave_Fabricate": fabricate,
+    "Weave_View": view,
+    "Weave_Bake": bake,
 }
 
 

@@ -17,6 +17,14 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 GUIDE, PICTURE = DOCS / "grasshopper.md", DOCS / "images" / "grasshopper_canvas.svg"
 BEGIN, END = "<!-- parameters -->\n", "<!-- end of parameters -->\n"
 
+ORDER = (
+    *(f"Weave_{name}" for name in ("Surface", "Offset", "Link", "Strands", "Simulate", "Preview", "Fabricate")),
+    *(f"Weave_{name}" for name in ("Export", "View", "Bake", "Measure", "Choose")),
+    "Deconstruct_Lattice",
+    "Deconstruct_Weave",
+)
+"""The components in the order of the guide."""
+
 _KINDS = {
     "none": "any",
     "float": "number",
@@ -29,9 +37,8 @@ _KINDS = {
 
 def tables() -> str:
     """What each parameter of each component is, in Markdown."""
-    order = ("Surface", "Offset", "Link", "Strands", "Simulate", "Export", "Measure", "Choose")
     components = {one.folder: one for one in read_components(build.HERE)}
-    return "\n".join(_table(components[f"Weave_{name}"]) for name in order)
+    return "\n".join(_table(components[name]) for name in ORDER)
 
 
 def _table(one: Component) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
 
@@ -433,7 +434,8 @@ def fabricate(
     """Write the folder that a workshop builds a weave from, whole or not at all (Yan et al. 2016, §6).
 
     Tables of rods, pieces, marks and joints, templates, a sequence, a bill of materials and a report, in millimetres;
-    of a weave that was simulated also where it comes to rest, and the forces.  See docs/fabrication.md.
+    of a weave that was simulated also where it comes to rest, and the forces.  The .3dm is left out where rhino3dm is
+    not installed.  See docs/fabrication.md.
 
     Parameters
     ----------
@@ -493,7 +495,9 @@ def fabricate(
     )
     tell(0.8, f"writing {WOVEN}")
     stated = {"weavecore": source.version, "input_sha256": source.sha256}
-    files = {**made.files, WOVEN: encode(at_rest or weave, WOVEN, parameters=stated)}
+    files = dict(made.files)
+    if find_spec("rhino3dm") is not None:
+        files[WOVEN] = encode(at_rest or weave, WOVEN, parameters=stated)
     write_folder(folder, files, names=names, overwrite=overwrite)
     return Fabrication(files, made.checks)
 

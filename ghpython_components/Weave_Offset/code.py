@@ -8,8 +8,8 @@ def compute(run, surface, spacing, method, borders, guides):
     latitudes = wc.offset(
         surface,
         spacing=canvas.numbers(spacing),
-        method=method or "levels",
-        borders=canvas.chosen(borders),
+        method=canvas.plain(method) or "levels",
+        borders=canvas.chosen(run, borders, surface),
         curves=canvas.read_curves(run, guides),
         progress=run.progress,
     )
@@ -25,9 +25,10 @@ class Offset(Grasshopper.Kernel.GH_ScriptInstance):
         surface,
         spacing: System.Collections.Generic.List[float],
         method: str,
-        borders: System.Collections.Generic.List[int],
+        borders: System.Collections.Generic.List[object],
         guides: System.Collections.Generic.List[object],
     ):
         inputs = {"surface": surface, "spacing": spacing, "method": method, "borders": borders, "guides": guides}
+        options = {"needs": {"surface": wc.SurfaceMesh}, "n_outputs": 3, "lists": canvas.lists_of("method")}
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(component, sticky, compute, inputs, needs={"surface": wc.SurfaceMesh}, n_outputs=3)
+        return canvas.solve(component, sticky, compute, inputs, **options)

@@ -5,7 +5,7 @@ from weavecore import canvas
 
 
 def compute(run, weave, supports, places, gravity, pressure, points, forces):
-    held = canvas.read_places(run, places) or supports or "borders"
+    held = canvas.read_places(run, places) or canvas.plain(supports) or "borders"
     loads = canvas.read_loads(points, forces)
     options = {"gravity": gravity, "pressure": pressure or 0.0, "forces": loads, "unit": canvas.unit_of(run, weave)}
     at_rest = wc.simulate(weave, supports=held, **options, progress=run.progress)
@@ -28,5 +28,6 @@ class Simulate(Grasshopper.Kernel.GH_ScriptInstance):
     ):
         inputs = {"weave": weave, "supports": supports, "places": places, "gravity": gravity, "pressure": pressure}
         inputs.update(points=points, forces=forces)
+        options = {"needs": {"weave": wc.Weave}, "n_outputs": 11, "lists": canvas.lists_of("supports")}
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(component, sticky, compute, inputs, needs={"weave": wc.Weave}, n_outputs=11)
+        return canvas.solve(component, sticky, compute, inputs, **options)

@@ -9,8 +9,8 @@ def compute(run, lattice, diameter, material, style, stock):
         lattice,
         rod_diameter=diameter,
         stock=canvas.diameters(stock),
-        material=material or "gfrp",
-        over_under=style,
+        material=canvas.plain(material) or "gfrp",
+        over_under=canvas.plain(style),
         progress=run.progress,
     )
     drawn = canvas.draw_rods(run, weave)
@@ -25,5 +25,6 @@ class Strands(Grasshopper.Kernel.GH_ScriptInstance):
         self, lattice, diameter: float, material: str, style: str, stock: System.Collections.Generic.List[float]
     ):
         inputs = {"lattice": lattice, "diameter": diameter, "material": material, "style": style, "stock": stock}
+        options = {"needs": {"lattice": wc.Lattice}, "n_outputs": 5, "lists": canvas.lists_of("material")}
         component, sticky = ghenv.Component, scriptcontext.sticky
-        return canvas.solve(component, sticky, compute, inputs, needs={"lattice": wc.Lattice}, n_outputs=5)
+        return canvas.solve(component, sticky, compute, inputs, **options)

@@ -84,13 +84,13 @@ def toggle(name: str, value: bool, place: Place) -> Chunk:
     return chunk
 
 
-def value_list(name: str, values: Sequence[str], place: Place) -> Chunk:
-    """A list of texts of which one is chosen, the first to begin with."""
+def value_list(name: str, values: Sequence[str], place: Place, *, chosen: str | None = None) -> Chunk:
+    """A list of texts of which one is chosen, the first to begin with if no other is named."""
     chunk = _floating(VALUE_LIST, "Value List", name, "Provides a list of preset values", place, (170.0, 22.0))
     container = chunk.chunk("Container").put(INT32, ListCount=len(values), ListMode=1)
     for i, value in enumerate(values):
         item = container.add("ListItem", i)
-        item.put(STRING, Name=value, Expression=f'"{value}"').put(BOOL, Selected=i == 0)
+        item.put(STRING, Name=value, Expression=f'"{value}"').put(BOOL, Selected=value == (chosen or values[0]))
     return chunk
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import date
 from typing import Any
@@ -28,12 +28,14 @@ from grasshopper_files.internalised import archive_version, encode_geometry
 
 NAME = "weave_workflow"
 TITLE = (
-    "weavecore: surface, offset, link, strands, simulate, export. Move a slider; switch 'write' on to write the file."
+    "weavecore: surface, offset, link, strands, and what follows. Move a slider; switch 'write' on to write the file."
 )
 
-_METHODS = ("levels", "fronts")
-_PATTERNS = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
+METHODS = ("levels", "fronts")
+PATTERNS = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
 _MATERIALS = ("gfrp", "gfrp-short", "bamboo", "rattan", "steel-strip")
+
+_COLOURS = ("family", "utilisation", "step")
 
 _AT = (0.0, 0.0)
 _of, _out = canvas.object_id, canvas.output_id
@@ -51,7 +53,7 @@ _TINT = {"blue": (150, 170, 192, 222), "green": (150, 176, 214, 190), "amber": (
 
 
 @dataclass
-class _Stage:
+class Stage:
     """A group in the making: its component, what stands beside that, and where it stands.
 
     ``place`` is "right" of the one before, "under" it, or the first of a "row".
@@ -75,9 +77,23 @@ def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
     geometry : rhino3dm.Mesh
         The surface that is kept in it.
     """
-    objects = [canvas.scribble("title", TITLE, (20.0, 20.0), 16.0)]
+    return arranged(NAME, TITLE, _stages(geometry), components)
+
+
+def arranged(name: str, title: str, stages: Iterable[Stage], components: Mapping[str, Component]) -> Chunk:
+    """A definition of groups, placed one after the other.
+
+    Parameters
+    ----------
+    name, title : str
+        The file's name without its ending, and what stands on top.
+    stages : iterable of Stage
+    components : mapping
+        The components by the names of their folders.
+    """
+    objects = [canvas.scribble("title", title, (20.0, 20.0), 16.0)]
     left, top, right, bottom = 20.0, _TOP, 20.0, _TOP
-    for stage in _stages(geometry):
+    for stage in stages:
         if stage.place == "row":
             left = 20.0
         elif stage.place == "right":
@@ -87,53 +103,54 @@ def definition(components: Mapping[str, Component], geometry: Any) -> Chunk:
         made, right, bottom = _laid_out(stage, components[stage.folder], (left, top))
         right += _GAP
         objects += made
-    return _document(objects)
+    return _document(name, title, objects)
 
 
-def _stages(geometry: Any) -> list[_Stage]:
+def _stages(geometry: Any) -> list[Stage]:
     """The groups from left to right; the controls of each are placed when they are laid out."""
-    return [*_surface_to_link(geometry), *_strands_to_measure(), _simulate(), _choose()]
+    first = [*_surface_to_link(geometry), *_strands_to_measure()]
+    return [*first, _simulate(), *_shown(), *_made(), *_taken_apart(), _choose()]
 
 
-def _surface_to_link(geometry: Any) -> list[_Stage]:
+def _surface_to_link(geometry: Any) -> list[Stage]:
     sample = canvas.mesh("sample", encode_geometry(geometry), archive_version(geometry), _AT)
     return [
-        _Stage(
+        Stage(
             "1 Surface",
             "Weave_Surface",
             "blue",
             {"geometry": _of("sample")},
             [sample, canvas.panel("what it is", _AT, (200.0, 60.0), source=_out("Weave_Surface", "notes"))],
         ),
-        _Stage(
+        Stage(
             "2 Offset",
             "Weave_Offset",
             "blue",
             {"surface": _out("Weave_Surface", "surface"), "spacing": _of("spacing"), "method": _of("method")},
-            [canvas.slider("spacing", 30.0, 10.0, 100.0, 1, _AT), canvas.value_list("method", _METHODS, _AT)],
+            [canvas.slider("spacing", 50.0, 10.0, 100.0, 1, _AT), canvas.value_list("method", METHODS, _AT)],
         ),
-        _Stage(
+        Stage(
             "3 Link",
             "Weave_Link",
             "green",
             {"latitudes": _out("Weave_Offset", "latitudes"), "pattern": _of("pattern")},
-            [canvas.value_list("pattern", _PATTERNS, _AT)],
+            [canvas.value_list("pattern", PATTERNS, _AT)],
         ),
     ]
 
 
-def _strands_to_measure() -> list[_Stage]:
+def _strands_to_measure() -> list[Stage]:
     weave = _out("Weave_Strands", "weave")
     return [
-        _Stage(
+        Stage(
             "4 Strands",
             "Weave_Strands",
             "amber",
             {"lattice": _out("Weave_Link", "lattice"), "diameter": _of("diameter"), "material": _of("material")},
-            [canvas.slider("diameter", 1.0, 0.2, 10.0, 1, _AT), canvas.value_list("material", _MATERIALS, _AT)],
+            [canvas.slider("diameter", 0.8, 0.2, 10.0, 1, _AT), canvas.value_list("material", _MATERIALS, _AT)],
             "row",
         ),
-        _Stage(
+        Stage(
             "5 Export",
             "Weave_Export",
             "green",
@@ -145,7 +162,7 @@ def _strands_to_measure() -> list[_Stage]:
                 canvas.panel("report", _AT, (330.0, 150.0), source=_out("Weave_Export", "report")),
             ],
         ),
-        _Stage(
+        Stage(
             "6 Measure",
             "Weave_Measure",
             "green",
@@ -160,8 +177,8 @@ def _strands_to_measure() -> list[_Stage]:
     ]
 
 
-def _simulate() -> _Stage:
-    return _Stage(
+def _simulate() -> Stage:
+    return Stage(
         "7 Simulate",
         "Weave_Simulate",
         "amber",
@@ -175,9 +192,75 @@ def _simulate() -> _Stage:
     )
 
 
-def _choose() -> _Stage:
-    return _Stage(
-        "8 Choose",
+def _shown() -> list[Stage]:
+    weave = _out("Weave_Strands", "weave")
+    return [
+        Stage(
+            "8 Preview",
+            "Weave_Preview",
+            "amber",
+            {"weave": weave, "colour": _of("colour"), "step": _of("step"), "amplitude": _of("amplitude")},
+            [
+                canvas.value_list("colour", _COLOURS, _AT),
+                canvas.slider("step", 10000.0, 0.0, 10000.0, 0, _AT),
+                canvas.slider("amplitude", 1.0, 0.0, 10.0, 1, _AT),
+            ],
+            "row",
+        ),
+        Stage(
+            "9 View",
+            "Weave_View",
+            "green",
+            {"value": weave, "show": _of("show")},
+            [canvas.toggle("show", False, _AT)],
+        ),
+        Stage(
+            "10 Bake",
+            "Weave_Bake",
+            "green",
+            {"weave": weave, "bake": _of("bake")},
+            [canvas.toggle("bake", False, _AT)],
+        ),
+    ]
+
+
+def _made() -> list[Stage]:
+    inputs = {name: _of(name) for name in ("stock", "folder")}
+    return [
+        Stage(
+            "11 Fabricate",
+            "Weave_Fabricate",
+            "green",
+            {"weave": _out("Weave_Strands", "weave"), **inputs, "write": _of("fabricate")},
+            [
+                canvas.slider("stock", 6000.0, 500.0, 12000.0, 0, _AT),
+                canvas.panel("folder", _AT, (170.0, 30.0), text="workshop"),
+                canvas.toggle("fabricate", False, _AT),
+                canvas.panel("cut list", _AT, (330.0, 150.0), source=_out("Weave_Fabricate", "cut_list")),
+                canvas.panel("sums", _AT, (330.0, 76.0), source=_out("Weave_Fabricate", "report")),
+            ],
+            "row",
+        ),
+    ]
+
+
+def _taken_apart() -> list[Stage]:
+    lattice, weave = _out("Weave_Link", "lattice"), _out("Weave_Strands", "weave")
+    return [
+        Stage("12 Lattice", "Deconstruct_Lattice", "blue", {"lattice": lattice}, place="row"),
+        Stage(
+            "13 Weave",
+            "Deconstruct_Weave",
+            "blue",
+            {"weave": weave},
+            [canvas.panel("order", _AT, (200.0, 90.0), source=_out("Deconstruct_Weave", "order"))],
+        ),
+    ]
+
+
+def _choose() -> Stage:
+    return Stage(
+        "14 Choose",
         "Weave_Choose",
         "blue",
         {"table": _of("table")},
@@ -189,7 +272,7 @@ def _choose() -> _Stage:
     )
 
 
-def _laid_out(stage: _Stage, one: Component, corner: tuple[float, float]) -> tuple[list[Chunk], float, float]:
+def _laid_out(stage: Stage, one: Component, corner: tuple[float, float]) -> tuple[list[Chunk], float, float]:
     """The objects of a stage in their places with their group, and where they end on the right and below.
 
     What feeds the component stands left of it, what it feeds right of it, both below the wire between stages.
@@ -229,15 +312,15 @@ def _move(chunk: Chunk, x: float, y: float) -> None:
     attributes.put(RECTANGLE_F, Bounds=(x, y, width, height)).put(POINT_F, Pivot=(x, y))
 
 
-def _document(objects: list[Chunk]) -> Chunk:
+def _document(name: str, title: str, objects: list[Chunk]) -> Chunk:
     """The objects with all that a file has about them."""
     root = Chunk("Root").put(VERSION, ArchiveVersion=(0, 2, 2))
     body = root.add("Definition").put(VERSION, plugin_version=(1, 0, 8))
-    header = body.add("DocumentHeader").put(GUID, DocumentID=canvas.object_id(NAME)).put(STRING, Preview="Shaded")
+    header = body.add("DocumentHeader").put(GUID, DocumentID=canvas.object_id(name)).put(STRING, Preview="Shaded")
     header.put(INT32, PreviewMeshType=1)
     header.put(COLOUR, PreviewNormal=(100, 40, 72, 146), PreviewSelected=(100, 201, 122, 43))
     properties = body.add("DefinitionProperties").put(DATE, Date=_TICKS).put(BOOL, KeepOpen=False)
-    properties.put(STRING, Description=TITLE, Name=f"{NAME}.gh")
+    properties.put(STRING, Description=title, Name=f"{name}.gh")
     properties.add("Revisions").put(INT32, RevisionCount=0)
     properties.add("Projection").put(POINT, Target=(0, 0)).put(SINGLE, Zoom=0.5)
     properties.add("Views").put(INT32, ViewCount=0)

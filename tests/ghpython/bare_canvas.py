@@ -23,6 +23,11 @@ class Vector3d(Point3d):
     pass
 
 
+class TextDot:
+    def __init__(self, text: str, place: Point3d) -> None:
+        self.text, self.place = text, place
+
+
 class Items(list):
     Add = list.append
 
@@ -50,6 +55,7 @@ class Mesh:
         self.Faces = SimpleNamespace(AddFace=lambda *row: None)
         self.VertexColors = Items()
         self.VertexColors.Add = lambda *row: None
+        self.Append = lambda mesh: None
         self.Normals = SimpleNamespace(ComputeNormals=lambda: None)
 
 
@@ -84,12 +90,13 @@ def module(name: str, **content: object) -> SimpleNamespace:
 def install(package: str) -> None:
     geometry = module(
         "Rhino.Geometry",
-        **{kind.__name__: kind for kind in (Point3d, Vector3d, Polyline, NurbsCurve, Mesh, Line)},
+        **{kind.__name__: kind for kind in (Point3d, Vector3d, Polyline, NurbsCurve, Mesh, Line, TextDot)},
         Plane=object,
     )
+    opened = SimpleNamespace(ModelUnitSystem="UnitSystem.Millimeters", ModelAbsoluteTolerance=0.01)
     host = SimpleNamespace(GetActivePlugInVersionFolders=lambda: [SimpleNamespace(FullName=package)])
     module(
-        "Rhino", Geometry=geometry, Runtime=SimpleNamespace(HostUtils=host), RhinoDoc=SimpleNamespace(ActiveDoc=None)
+        "Rhino", Geometry=geometry, Runtime=SimpleNamespace(HostUtils=host), RhinoDoc=SimpleNamespace(ActiveDoc=opened)
     )
     data = module("Grasshopper.Kernel.Data", GH_Path=lambda *path: path)
     level = SimpleNamespace(Remark="Remark", Warning="Warning", Error="Error")
@@ -138,13 +145,11 @@ class Component:
 
 def run(package: Path, name: str, *inputs: object) -> tuple:
     component = Component()
-    component.InstanceGuid = name
+    component.InstanceGuid = f"{name} {inputs[1:]}"
     source = script_of((package / f"{name}.ghuser").read_bytes())
     scope = {"ghenv": SimpleNamespace(Component=component), "__name__": "__main__"}
     exec(compile(source, name, "exec", dont_inherit=True), scope)
-    (kind,) = (
-        value for key, value in scope.items() if key == name.split("_", 1)[1].replace("_", "") and callable(value)
-    )
+    (kind,) = (value for value in scope.values() if hasattr(value, "RunScript"))
     given = kind.RunScript.__code__.co_argcount - 1
     outputs = kind().RunScript(*inputs, *[None] * (given - len(inputs)))
     errors = [text for level, text in component.said if level == "Error"]
@@ -163,7 +168,10 @@ def main(package: str, surface: str, numerics: str | None = None) -> None:
     latitudes = run(home, "Weave_Offset", taken)[0]
     lattice = run(home, "Weave_Link", latitudes)[0]
     weave = run(home, "Weave_Strands", lattice)[0]
-    run(home, "Weave_Measure", weave)
+    for name in ("Weave_Measure", "Weave_Simulate", "Weave_Preview", "Deconstruct_Weave"):
+        run(home, name, weave)
+    run(home, "Deconstruct_Lattice", lattice)
+    run(home, "Weave_Fabricate", weave, 900.0, None, str(Path(surface).parent / "workshop"), True)
     for ending in ("json", "obj", "png", "html"):
         run(home, "Weave_Export", weave, str(Path(surface).parent / f"woven.{ending}"), True)
     import weavecore

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from pathlib import Path
 
 import pytest
 
 from ghpython.stubs import Canvas, Ran, install, run_component
+from weavecore.canvas.keeping import Shelf
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
 
@@ -31,14 +33,28 @@ def stages(_stubbed: Canvas, dome: str) -> dict[str, Ran]:
     return {**ran, "measure": measure}
 
 
+def copied(shelf: Shelf) -> Shelf:
+    twin = copy(shelf)
+    twin._outcomes, twin.down, twin.pressed = shelf._outcomes.copy(), set(shelf.down), set(shelf.pressed)
+    return twin
+
+
 @pytest.fixture
 def canvas(_stubbed: Canvas) -> Iterator[Canvas]:
     """Grasshopper's modules, stubbed; what a test leaves in the sticky is taken out again."""
-    before = {name: shelf.copy() for name, shelf in _stubbed.sticky.items()}
+    before = {name: copied(shelf) for name, shelf in _stubbed.sticky.items()}
     yield _stubbed
     _stubbed.is_escape_down = False
     _stubbed.sticky.clear()
     _stubbed.sticky.update(before)
+
+
+@pytest.fixture(autouse=True)
+def browser(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The pages that were opened."""
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    return opened
 
 
 @pytest.fixture(scope="session")

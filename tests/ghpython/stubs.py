@@ -74,25 +74,36 @@ class Component:
     wired: Sequence[str] = ()
     InstanceGuid: str = "11111111-2222-3333-4444-555555555555"
     file: str | None = None
+    RunCount: int = 1
+    n_items: int = 1
     messages: list[tuple[str, str]] = field(default_factory=list)
     captions: list[str] = field(default_factory=list)
 
     @property
     def Params(self) -> Any:
         return SimpleNamespace(
-            Input=[SimpleNamespace(Name=n, NickName=n, SourceCount=int(n in self.wired)) for n in self.inputs]
+            Input=[
+                SimpleNamespace(
+                    Name=n,
+                    NickName=n,
+                    SourceCount=int(n in self.wired),
+                    Access="item",
+                    VolatileData=SimpleNamespace(DataCount=self.n_items, PathCount=1),
+                )
+                for n in self.inputs
+            ]
         )
 
     @property
     def Message(self) -> str:
-        return self.captions[-1]
+        return self.captions[-1] if self.captions else ""
 
     @Message.setter
     def Message(self, text: str) -> None:
         self.captions.append(text)
 
     def OnPingDocument(self) -> Any:
-        return SimpleNamespace(FilePath=self.file)
+        return SimpleNamespace(FilePath=self.file, DocumentID="0", Objects=[self])
 
     def AddRuntimeMessage(self, level: str, text: str) -> None:
         self.messages.append((level, text))
@@ -222,7 +233,7 @@ def run_component(name: str, *, component: Component | None = None, is_rewritten
     parameters = parameters_of(folder, "input")
     names = [p["name"] for p in parameters]
     assert set(inputs) <= set(names)
-    component = component or Component(names, wired=list(inputs))
+    component = component or Component(names, wired=list(inputs), InstanceGuid=name)
     outputs = [p["name"] for p in parameters_of(folder, "output")]
     source = with_header((folder / "code.py").read_text("utf-8"))
     source = rewritten(source, parameters) if is_rewritten else source

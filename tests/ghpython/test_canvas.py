@@ -15,8 +15,9 @@ import rhino3dm
 import rhino_shapes
 from ghpython.stubs import Canvas, Component, DataTree, GhPath, Ran
 from weavecore.canvas import Run, measure, read_geometry, solve
-from weavecore.canvas.results import data_tree, grouped
+from weavecore.canvas.keeping import shelf_of
 from weavecore.canvas.solve import Indistinct, digest
+from weavecore.canvas.trees import data_tree, grouped
 from weavecore.errors import NonManifold, Unsupported
 from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, rhino_faces, rhino_vertices
@@ -63,9 +64,102 @@ def test_the_least_used_results_are_dropped(canvas: Canvas) -> None:
     sticky: dict[str, Any] = {}
     done: list[int] = []
     component = Component(["x"], wired=["x"])
-    for x in [*range(8), 0, 8, 0, 1]:
+    for x in [*range(4), 0, 4, 0, 1]:
         run_once(note(done), component, sticky, x=x)
-    assert done == [*range(8), 8, 1], "0 was in use, 1 was not"
+    assert done == [*range(4), 4, 1], "0 was in use, 1 was not"
+
+
+def test_a_list_that_runs_through_a_component_is_kept_whole_and_twice(canvas: Canvas) -> None:
+    sticky: dict[str, Any] = {}
+    done: list[int] = []
+    component = Component(["x"], wired=["x"], n_items=12)
+    for first in (0, 0, 100, 0, *range(200, 5000, 100)):
+        for i in range(12):
+            component.RunCount = i + 1
+            run_once(note(done), component, sticky, x=first + i)
+    assert done[:24] == [*range(12), *range(100, 112)], "what was set back was computed again"
+    assert len(shelf_of(component, sticky)) == 24, "memory grows with the steps of a slider"
+
+
+def test_branches_and_messages_begin_with_the_run(canvas: Canvas) -> None:
+    def compute(run: Run, x: int) -> tuple[Any]:
+        if x == 2:
+            raise NonManifold("Two sheets touch", remedy="Pull them apart.", ids=[3], kind="vertex")
+        return (run.tree([((0,), [x]), ((1,), [x])]),)
+
+    component = Component(["x"], wired=["x"], n_items=3)
+    outputs = []
+    for i, x in enumerate([1, 2, 3]):
+        component.RunCount = i + 1
+        outputs.append(run_once(compute, component, x=x)["y"])
+    assert [list(map(str, tree.branches)) for tree in (outputs[0], outputs[2])] == [
+        ["{0;0}", "{0;1}"],
+        ["{2;0}", "{2;1}"],
+    ]
+    assert outputs[1] is None
+    ((_, text),) = component.messages
+    assert text.startswith("Item 2 of 3: NON_MANIFOLD: Two sheets touch")
+
+
+class Documents(list[Any]):
+    """Grasshopper's open documents, and who wants to know when one is closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.DocumentRemoved: Any = self
+        self.handlers: list[Any] = []
+
+    def __iadd__(self, handler: Any) -> Documents:  # type: ignore[misc, override]
+        self.handlers.append(handler)
+        return self
+
+
+def test_results_are_freed_with_the_document_and_with_the_component(
+    canvas: Canvas, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = Documents()
+    monkeypatch.setattr(sys.modules["Grasshopper"], "Instances", SimpleNamespace(DocumentServer=server), raising=False)
+    sticky: dict[str, Any] = {}
+    placed = []
+    for n in range(4):
+        document = SimpleNamespace(DocumentID=n // 2, FilePath=None, Objects=[])
+        component = Component(["x"], wired=["x"], InstanceGuid=str(n))
+        document.Objects.append(component)
+        component.OnPingDocument = lambda document=document: document  # type: ignore[method-assign]
+        server.append(document)
+        placed.append(component)
+        run_once(note([]), component, sticky, x=1)
+    kept = [name for name in sticky if name.startswith("weavecore:")]
+    assert len(kept) == 4
+    placed[1].OnPingDocument().Objects.clear()
+    document = placed[0].OnPingDocument()
+    document.Objects.append(Component(["x"], wired=["x"], InstanceGuid="new"))
+    document.Objects[-1].OnPingDocument = lambda: document
+    run_once(note([]), document.Objects[-1], sticky, x=1)
+    assert "weavecore:0:1" not in sticky, "the component is deleted"
+    (handler,) = server.handlers
+    handler(None, placed[3].OnPingDocument())
+    assert [name for name in sticky if name.startswith("weavecore:")] == ["weavecore:0:0", "weavecore:0:new"]
+
+
+def test_a_button_acts_once_and_in_all_runs_of_its_solution(canvas: Canvas) -> None:
+    sticky: dict[str, Any] = {}
+    seen: list[bool] = []
+
+    def compute(run: Run, x: int, write: bool) -> tuple[None]:
+        seen.append(write)
+        return (None,)
+
+    component = Component(["x", "write"], wired=["x", "write"])
+    for write in (False, True, True, False, True):
+        for i in range(2):
+            component.RunCount = i + 1
+            inputs = {"x": i, "write": write}
+            options: dict[str, Any] = {"needs": {"x": int}, "n_outputs": 1, "is_kept": False, "buttons": ["write"]}
+            solve(component, sticky, compute, inputs, **options)
+    assert seen == [False, False, True, True, True, True], (
+        "what is written stays shown until the button is pressed again"
+    )
 
 
 def test_an_edited_script_is_run(canvas: Canvas) -> None:
@@ -271,3 +365,48 @@ def test_measuring_needs_latitudes_at_least(stages: dict[str, Ran]) -> None:
     assert len(measures.spacing) == len(latitudes) - 1
     with pytest.raises(Unsupported, match="nothing to measure of a SurfaceMesh"):
         measure(stages["surface"]["surface"])  # type: ignore[arg-type]
+
+
+class ValueLists(list[Any]):
+    Add, Clear = list.append, list.clear
+
+
+def value_list() -> Any:
+    made = SimpleNamespace(ListItems=ValueLists(["One", "Two"]), Attributes=SimpleNamespace(), selected=None)
+    made.CreateAttributes = lambda: None
+    made.SelectItem = lambda i: setattr(made, "selected", made.ListItems[i])
+    return made
+
+
+def test_lists_appear_and_are_wired_when_a_component_is_placed(canvas: Canvas, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel: Any = sys.modules["Grasshopper.Kernel"]
+    monkeypatch.setattr(kernel.GH_Document, "GH_ScheduleDelegate", lambda call: call, raising=False)
+    special, drawing = ModuleType("Grasshopper.Kernel.Special"), ModuleType("System.Drawing")
+    vars(special).update(GH_ValueList=value_list, GH_ValueListItem=lambda name, expression: (name, expression))
+    vars(drawing)["PointF"] = lambda x, y: (x, y)
+    monkeypatch.setitem(sys.modules, "Grasshopper.Kernel.Special", special)
+    monkeypatch.setitem(sys.modules, "System.Drawing", drawing)
+    scheduled: list[Any] = []
+    added: list[Any] = []
+    wired: list[Any] = []
+    document: Any = SimpleNamespace(DocumentID="0", FilePath=None, Objects=[])
+    document.ScheduleSolution = lambda _, call: scheduled.append(call)
+    document.AddObject = lambda made, _: added.append(made)
+    inputs = [SimpleNamespace(Name=name, NickName=name, SourceCount=0, AddSource=wired.append) for name in ("x", "by")]
+    component: Any = SimpleNamespace(InstanceGuid="1", Params=SimpleNamespace(Input=inputs), Message="")
+    component.Attributes = SimpleNamespace(Bounds=SimpleNamespace(Left=300.0, Bottom=90.0))
+    component.OnPingDocument = lambda: document
+    component.ExpireSolution = lambda _: None
+    sticky: dict[str, Any] = {}
+    options: dict[str, Any] = {"needs": {"x": int}, "n_outputs": 1, "lists": {"by": ("levels", "fronts")}}
+    for _ in range(3):
+        assert solve(component, sticky, note([]), {"x": None, "by": None}, **options) == (None,)
+    (call,) = scheduled
+    call(document)
+    (made,) = added
+    assert wired == [made]
+    assert made.ListItems == [("levels", '"levels"'), ("fronts", '"fronts"')]
+    assert (made.NickName, made.selected[0], made.Attributes.Pivot[0] < 300.0) == ("by", "levels", True)
+    inputs[1].SourceCount, component.InstanceGuid = 1, "2"
+    solve(component, sticky, note([]), {"x": None, "by": None}, **options)
+    assert len(scheduled) == 1, "it is wired already"

@@ -49,6 +49,12 @@ NEEDS = {
     "Weave_Export": "value",
     "Weave_Measure": "value",
     "Weave_Choose": "table",
+    "Weave_Preview": "weave",
+    "Weave_Fabricate": "weave",
+    "Weave_View": "value",
+    "Weave_Bake": "weave",
+    "Deconstruct_Lattice": "lattice",
+    "Deconstruct_Weave": "weave",
 }
 
 
@@ -218,6 +224,43 @@ def test_the_offset_starts_at_guides(guide: Any, is_closed: bool, tube: SurfaceM
     assert again["latitudes"] is ran["latitudes"], "the same guide is not computed again"
 
 
+def test_borders_are_picked_by_what_lies_near_them(tube: SurfaceMesh, canvas: Canvas) -> None:
+    top = int(np.argmax([tube.vertices[loop][:, 2].mean() for loop in tube.borders]))
+    z = float(tube.vertices[tube.borders[top]][:, 2].mean())
+    for near in (rhino3dm.Point3d(3.0, 0.0, z + 1.0), rhino3dm.Circle(rhino_shapes.point(0, 0, z), 0.7)):
+        ran = run_component("Weave_Offset", surface=tube, spacing=[1.0], borders=[near, None, top])
+        assert [p.tolist() for p in ran["latitudes"].surface.starts.paths] == [tube.borders[top].tolist()]
+    for wrong, told in (
+        (0.5, "A border has a whole number (got 0.5)"),
+        ("top", "borders must be a number (got 'top')"),
+    ):
+        ((level, text),) = run_component("Weave_Offset", surface=tube, borders=[wrong]).messages
+        assert (level, told in text) == ("Error", True), text
+
+
+def test_names_may_have_capitals_and_numbers_must_be_numbers(canvas: Canvas, tube: SurfaceMesh) -> None:
+    offset = run_component("Weave_Offset", surface=tube, spacing=["1.0"], method=" Levels ")
+    lattice = run_component("Weave_Link", latitudes=offset["latitudes"], pattern='"Kagome"')["lattice"]
+    assert lattice.pattern == "kagome"
+    strands = run_component("Weave_Strands", lattice=lattice, diameter=0.01, material="GFRP", style="Plain")
+    assert strands["weave"].over_under == "plain"
+    for inputs, told in (
+        ({"spacing": ["abc"]}, "spacing must be a number (got 'abc')"),
+        ({"method": "Rays"}, "'rays'"),
+    ):
+        ((level, text),) = run_component("Weave_Offset", surface=tube, **inputs).messages
+        assert (level, told in text) == ("Error", True), text
+        assert "INTERNAL" not in text
+
+
+def test_a_panel_shows_a_result_in_one_line(stages: dict[str, Ran]) -> None:
+    parts = (("surface", "surface"), ("offset", "latitudes"), ("link", "lattice"), ("strands", "weave"))
+    for stage, name in (*parts, ("simulate", "equilibrium")):
+        text = str(stages[stage][name])
+        assert re.fullmatch(r"<[A-Z]\w+: .*\d.*>", text), text
+        assert len(text) < 100
+
+
 def test_a_guide_off_the_surface_is_refused_in_words(tube: SurfaceMesh, canvas: Canvas) -> None:
     far = rhino3dm.Line(rhino_shapes.point(9, 0, 1), rhino_shapes.point(9, 0, 4))
     wrong = ((far, "BAD_CURVE: The curve lies up to 8 off"), (object(), "BAD_CURVE: A object is not a curve"))
@@ -230,9 +273,9 @@ def test_a_guide_off_the_surface_is_refused_in_words(tube: SurfaceMesh, canvas: 
 def test_curves_lie_in_branches_by_generation(stages: dict[str, Ran]) -> None:
     latitudes = stages["offset"]["latitudes"]
     curves = stages["offset"]["curves"].branches
-    assert list(curves) == [GhPath(g) for g in range(latitudes.n_generations)]
+    assert list(curves) == [GhPath(0, g) for g in range(latitudes.n_generations)]
     assert sum(map(len, curves.values())) == len(latitudes)
-    first = curves[GhPath(0)][0]
+    first = curves[GhPath(0, 0)][0]
     assert isinstance(first, rhino3dm.Curve)
     assert first.IsClosed
     start = latitudes.polylines.polyline(0)[0]
@@ -257,9 +300,9 @@ def test_parents_are_found_in_the_branch_before(canvas: Canvas) -> None:
     latitudes, curves = ran["latitudes"], ran["curves"].branches
     found = set()
     for path, parents in ran["parents"].branches.items():
-        child = index_of(latitudes, *path)
-        assert path[1] < len(curves[GhPath(path[0])])
-        found |= {(index_of(latitudes, path[0] - 1, item), child) for item in parents}
+        child = index_of(latitudes, *path[1:])
+        assert path[2] < len(curves[GhPath(0, path[1])])
+        found |= {(index_of(latitudes, path[1] - 1, item), child) for item in parents}
     assert found == set(map(tuple, latitudes.parents.tolist()))
 
 
@@ -274,9 +317,11 @@ def test_the_lattice_is_drawn_whole(stages: dict[str, Ran]) -> None:
     assert len(link["mesh"].Faces) == lattice.n_faces
     assert len(link["pockets"]) == int((lattice.edge_family == 2).sum())
     linked = np.unique(lattice.node_latitude[lattice.node_latitude >= 0])
-    assert list(link["rings"].branches) == [GhPath(g) for g in np.unique(lattice.latitudes.generation[linked]).tolist()]
+    assert list(link["rings"].branches) == [
+        GhPath(0, g) for g in np.unique(lattice.latitudes.generation[linked]).tolist()
+    ]
     assert len(list(link["rings"])) >= len(linked)
-    assert all(path[0] < lattice.latitudes.n_generations for path in link["longitudes"].branches)
+    assert all(path[1] < lattice.latitudes.n_generations for path in link["longitudes"].branches)
 
 
 def test_rods_names_layers_and_bends_belong_together(stages: dict[str, Ran]) -> None:
@@ -285,7 +330,7 @@ def test_rods_names_layers_and_bends_belong_together(stages: dict[str, Ran]) -> 
     names = [name for branch in ran["names"].branches.values() for name in branch]
     assert sorted(names) == sorted(weave.ids)
     for path, branch in ran["names"].branches.items():
-        assert {name[0] for name in branch} == {"LABP"[path[0]]}
+        assert {name[0] for name in branch} == {"LABP"[path[1]]}
         assert len(ran["rods"].branches[path]) == len(branch) == len(ran["utilisation"].branches[path])
         for item, name in enumerate(branch):
             s = weave.ids.index(name)
@@ -294,7 +339,7 @@ def test_rods_names_layers_and_bends_belong_together(stages: dict[str, Ran]) -> 
             rows = weave.axes.rows
             start = rows.points[rows.offsets[s]]
             assert np.allclose([rod.PointAtStart.X, rod.PointAtStart.Y, rod.PointAtStart.Z], start, atol=1e-9)
-            layers = ran["layers"].branches[GhPath(path[0], item)]
+            layers = ran["layers"].branches[GhPath(0, path[1], item)]
             assert len(layers) == len(weave.strands.strand(s))
     under = [n for layers in ran["layers"].branches.values() for n in layers]
     assert np.bincount(under, minlength=3)[:3].min() > 100, "three rods cross at most nodes of a triangular lattice"
@@ -306,7 +351,13 @@ def test_measures_are_those_of_the_lattice(stages: dict[str, Ran]) -> None:
     assert len(ran["spacing"]) == len(lattice.latitudes) - 1
     assert 0.97 * 50.0 < min(ran["spacing"]) <= max(ran["spacing"]) < 1.001 * 50.0
     assert 0.8 < ran["regular"] <= 1.0
-    assert ran["radius"] == stages["strands"]["weave"].bending.min_radius.min()
+    weave = stages["strands"]["weave"]
+    assert ran["radius"] == weave.bending.min_radius.min()
+    assert (ran["length"], ran["joints"]) == (weave.axes.lengths.sum(), len(weave.joints))
+    metres = ran["length"] / 1000.0
+    kilograms = metres * np.pi / 4 * (weave.rod_diameter / 1000.0) ** 2 * weave.material.density
+    assert kilograms <= ran["mass"] < 1.05 * kilograms
+    assert 0.0 <= ran["waste"] < 1.0
     assert any("strands" in line for line in ran["findings"])
 
 
@@ -332,7 +383,7 @@ def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: d
         assert text.count(". ") >= 1, f"no remedy: {text}"
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", sorted({*NAMES} - {"Weave_Bake"}))
 def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], canvas: Canvas, tmp_path: Path) -> None:
     inputs: dict[str, Any] = {
         "Weave_Surface": {"geometry": plane_file(tmp_path)},
@@ -342,6 +393,11 @@ def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], c
         "Weave_Simulate": {"weave": stages["strands"]["weave"], "gravity": False},
         "Weave_Measure": {"value": stages["offset"]["latitudes"]},
         "Weave_Choose": {"table": str(table_of(tmp_path / "explored"))},
+        "Weave_Preview": {"weave": stages["strands"]["weave"], "amplitude": 3.0},
+        "Weave_Fabricate": {"weave": stages["strands"]["weave"], "stock": 900.0},
+        "Weave_View": {"value": stages["link"]["lattice"], "show": True, "path": str(tmp_path / "woven.html")},
+        "Deconstruct_Lattice": {"lattice": stages["link"]["lattice"]},
+        "Deconstruct_Weave": {"weave": stages["strands"]["weave"]},
         "Weave_Export": {"value": stages["link"]["lattice"], "path": str(tmp_path / "woven.obj"), "write": True},
     }[name]
     canvas.is_escape_down = True
@@ -453,20 +509,31 @@ def test_balloons_come_again_with_results_that_are_kept(canvas: Canvas, stages: 
     assert any(f" at {conflicts} place" in text for _, text in first.messages) == (conflicts > 0)
 
 
-def test_export_writes_only_when_it_is_told_to(canvas: Canvas, stages: dict[str, Ran], tmp_path: Path) -> None:
+def test_export_writes_once_when_its_button_turns_true(canvas: Canvas, stages: dict[str, Ran], tmp_path: Path) -> None:
     weave, target = stages["strands"]["weave"], tmp_path / "woven.3dm"
     waiting = run_component("Weave_Export", value=weave, path=str(target))
     assert (waiting["file"], waiting.caption) == (None, "not written")
     assert any(line.startswith("rods: ") for line in waiting["report"])
     assert not target.exists()
-    ran = run_component("Weave_Export", value=weave, path=f' "{target}" ', write=True)
-    assert (ran["file"], ran.caption) == (str(target), "written")
+    for write in (True, True, False):
+        ran = run_component("Weave_Export", value=weave, path=f' "{target}" ', write=write)
+        assert (ran["file"], ran.caption) == (str(target), "written")
     assert target.stat().st_size > 10_000
+    target.write_bytes(b"")
+    run_component("Weave_Export", value=weave, path=str(target), write=False)
     again = run_component("Weave_Export", value=weave, path=str(target), write=True)
     assert again.messages[0][1].startswith("EXISTS: ")
-    target.write_bytes(b"")
+    released = run_component("Weave_Export", value=weave, path=str(target), write=False)
+    assert released.messages == again.messages, "the message is still there when the button is released"
     run_component("Weave_Export", value=weave, path=str(target), write=True, overwrite=True)
     assert target.stat().st_size > 10_000
+    ((level, text),) = run_component("Weave_Export", value=weave, write=True, component=exporter("b")).messages
+    assert (level, text[:24]) == ("Warning", "There is no file to writ")
+
+
+def exporter(guid: str) -> Component:
+    names = [p["name"] for p in parameters_of(COMPONENTS / "Weave_Export", "input")]
+    return Component(names, wired=names, InstanceGuid=guid)
 
 
 def test_a_file_without_a_folder_goes_beside_the_definition(

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 
@@ -18,13 +19,13 @@ from ghpython.runner import Definition, objects_of, wires_of
 from ghpython.stubs import COMPONENTS, NAMES, Canvas, script_class
 from grasshopper_files.archive import Chunk, decode_archive, encode_archive
 from grasshopper_files.components import read_component, script_text
+from grasshopper_files.examples import EXAMPLES
 from grasshopper_files.xml_archive import decode_xml
 from weavecore import pipeline
+from weavecore.canvas import LISTS
 from weavecore.exporting.registry import WRITERS
-from weavecore.linking.link import PATTERN_NAMES
-from weavecore.pipeline import METHODS
 from weavecore.reading.read import ENDINGS
-from weavecore.weaving.bending import known_materials
+from weavecore.rhino_geometry import DocumentUnit
 
 SAMPLE = Path(build.SAMPLE)
 
@@ -32,6 +33,12 @@ SAMPLE = Path(build.SAMPLE)
 @pytest.fixture(scope="module")
 def files() -> dict[str, bytes]:
     return build.build()
+
+
+@pytest.fixture
+def in_millimetres(monkeypatch: pytest.MonkeyPatch) -> None:
+    unit = DocumentUnit("Millimeters", 0.01)
+    monkeypatch.setattr(import_module("weavecore.canvas.solve"), "document_unit", lambda: unit)
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +114,24 @@ def test_the_definition_run_head_to_tail_gives_the_lattice_of_the_pipeline(workf
     assert [text for ran in definition.ran.values() for level, text in ran.messages if level == "Error"] == []
 
 
+@pytest.mark.parametrize("name", ["weave_workflow", *EXAMPLES])
+@pytest.mark.usefixtures("canvas", "in_millimetres")
+def test_a_definition_opens_without_a_warning(name: str, files: dict[str, bytes]) -> None:
+    definition = Definition(decode_archive(files[f"{name}.gh"]))
+    for one in definition.objects:
+        if one.is_component:
+            messages = definition.run(one.name).messages
+            assert [text for level, text in messages if level != "Remark"] == [], one.name
+            assert messages == [] or one.name == "Weave Choose"
+    surface, preview = definition.run("Weave Surface")["surface"], definition.run("Weave Preview")
+    assert len(preview["names"]) == len(definition.run("Weave Strands")["weave"]) > 30
+    if name in EXAMPLES:
+        assert definition.run("Weave Strands")["weave"].lattice.pattern == EXAMPLES[name].pattern
+    assert (len(surface.cuts) > 0) == (name == "weave_closed_body")
+    starts = definition.run("Weave Offset")["latitudes"].surface.starts
+    assert (starts is not None) == (name == "weave_from_curve")
+
+
 def test_moving_a_slider_changes_what_hangs_on_it(workflow: Chunk, canvas: Canvas) -> None:
     definition = Definition(workflow)
     before = definition.run("Weave Strands")["weave"]
@@ -125,7 +150,7 @@ def test_moving_a_slider_changes_what_hangs_on_it(workflow: Chunk, canvas: Canva
 
 
 def test_the_lists_offer_what_weavecore_knows(workflow: Chunk) -> None:
-    known = {"method": METHODS, "pattern": PATTERN_NAMES, "material": known_materials()}
+    known = {name: values for name, values in LISTS.items() if name != "splice"}
     inputs = {p["name"]: p["description"] for name in NAMES for p in read_component(COMPONENTS / name).inputs}
     for name, values in known.items():
         container = Definition(workflow).named(name).container
@@ -159,7 +184,8 @@ def test_the_package_has_its_manifest_and_all_components(files: dict[str, bytes]
         manifest = package.read("manifest.yml").decode("utf-8")
         for folder in NAMES:
             assert package.read(f"{folder}.ghuser") == files[f"{folder}.ghuser"]
-        assert package.read("misc/weave_workflow.gh") == files["weave_workflow.gh"]
+        for one in ("weave_workflow", *EXAMPLES):
+            assert package.read(f"misc/{one}.gh") == files[f"{one}.gh"]
         assert package.read("icon.png")[16:24] == (64).to_bytes(4, "big") * 2
     keys = [line.split(":")[0] for line in manifest.splitlines() if line[:1].isalpha()]
     assert {"name", "version", "authors", "description", "icon", "keywords"} <= set(keys)

@@ -38,6 +38,7 @@ def test_the_package_alone_weaves_beside_numpy_and_scipy(tmp_path: Path) -> None
     last = ran.stdout.splitlines()[-1]
     assert last == f"{build.version()} {package / FOLDER / 'weavecore' / '__init__.py'}"
     assert (tmp_path / "woven.html").stat().st_size > 100_000
+    assert {"pieces.csv", "templates.svg"} <= {path.name for path in (tmp_path / "workshop").iterdir()}
 
 
 def test_wheels_are_unpacked_for_their_machine_and_then_nothing_is_asked_of_rhino(tmp_path: Path) -> None:

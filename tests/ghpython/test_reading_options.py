@@ -57,7 +57,7 @@ def test_a_scrap_is_a_doubt_with_its_place_and_left_out_where_only_the_largest_p
     assert doubt.startswith("SCRAPS: ")
     assert ran.messages == [("Warning", doubt)]
     ((path, (place,)),) = ran["places"].branches.items()
-    assert (path, type(place)) == (GhPath(0), rhino3dm.Point3d)
+    assert (path, type(place)) == (GhPath(0, 0), rhino3dm.Point3d)
     assert 11.0 < place.X < 12.0
     largest = surface(geometry=geometry, largest=True)
     assert (largest["surface"].n_faces, largest["doubts"], largest.messages) == (128, [], [])

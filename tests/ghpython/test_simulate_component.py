@@ -56,7 +56,7 @@ def test_springs_lengths_and_strengths_are_in_one_branch_for_each_rod(ran: Ran) 
     weave = ran["equilibrium"].weave
     springs = springs_of(weave, metres=1e-3)
     for name in ("springs", "lengths", "strengths"):
-        assert [str(path) for path in ran[name].branches] == [f"{{{s}}}" for s in range(len(weave))]
+        assert [str(path) for path in ran[name].branches] == [f"{{0;{s}}}" for s in range(len(weave))]
         assert len(list(ran[name])) == len(springs.rest_length)
     assert list(ran["lengths"]) == springs.rest_length.tolist()
     assert list(ran["strengths"]) == springs.stiffness.tolist()

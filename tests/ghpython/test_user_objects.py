@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import zlib
+from itertools import combinations
 
+import numpy as np
 import pytest
 
 import draw_icons
@@ -58,6 +60,20 @@ def test_an_icon_is_what_the_script_draws() -> None:
     for name in NAMES:
         drawn, kept = draw_icons.draw(name), (COMPONENTS / name / "icon.png").read_bytes()
         assert pixels(drawn) == pixels(kept), name
+
+
+def test_icons_can_be_told_apart_at_their_size() -> None:
+    images = {name: on_white(name) for name in NAMES}
+    for one, other in combinations(NAMES, 2):
+        assert np.abs(images[one] - images[other]).mean() > 45, f"{one} and {other} look alike"
+
+
+def on_white(name: str) -> np.ndarray:
+    icon = draw_icons.Icon()
+    draw_icons.DRAWINGS[name](icon)
+    values = icon.pixels().astype(float)
+    alpha = values[..., 3:] / 255.0
+    return values[..., :3] * alpha + 255.0 * (1.0 - alpha)
 
 
 def pixels(png: bytes) -> bytes:

@@ -5,9 +5,13 @@ are needed are there, keeps results of the same inputs, and turns every error in
 Nothing here imports Grasshopper before it is needed, so that it can be tested without.
 """
 
+from weavecore.canvas.baking import bake_rods
 from weavecore.canvas.choosing import ChosenRow, choose_row
-from weavecore.canvas.inputs import chosen, diameters, numbers, read_curves, read_geometry
+from weavecore.canvas.cutting import CutResults, draw_cut_list
+from weavecore.canvas.deconstructing import LatticeParts, WeaveParts, draw_lattice_parts, draw_weave_parts
+from weavecore.canvas.inputs import chosen, diameters, named, numbers, plain, read_curves, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
+from weavecore.canvas.previewing import COLOURS, PreviewResults, draw_preview
 from weavecore.canvas.results import (
     LatitudeResults,
     LatticeResults,
@@ -29,34 +33,74 @@ from weavecore.canvas.simulating import (
     unit_of,
 )
 from weavecore.canvas.solve import Cancelled, Run, solve
-from weavecore.canvas.writing import check, concerns, counts, report_lines, write_value
+from weavecore.canvas.writing import check, concerns, counts, open_page, report_lines, write_value
+from weavecore.fabricating.workshop import SPLICES
+from weavecore.linking.link import PATTERN_NAMES
+from weavecore.pipeline import METHODS
+from weavecore.weaving.bending import known_materials
+
+LISTS = {
+    "method": METHODS,
+    "pattern": PATTERN_NAMES,
+    "material": known_materials(),
+    "supports": ("borders", "none"),
+    "colour": COLOURS,
+    "splice": SPLICES,
+}
+"""Names that inputs take, the default first."""
+
+
+def lists_of(*inputs: str) -> dict[str, tuple[str, ...]]:
+    """The lists that are offered for some inputs.
+
+    Parameters
+    ----------
+    inputs : str
+        Keys of `LISTS`.
+    """
+    return {name: tuple(LISTS[name]) for name in inputs}
+
 
 __all__ = [
+    "LISTS",
     "Cancelled",
     "ChosenRow",
+    "CutResults",
     "EquilibriumResults",
     "LatitudeResults",
+    "LatticeParts",
     "LatticeResults",
     "Measures",
+    "PreviewResults",
     "RodResults",
     "Run",
+    "WeaveParts",
+    "bake_rods",
     "check",
     "choose_row",
     "chosen",
     "concerns",
     "counts",
     "diameters",
+    "draw_cut_list",
     "draw_doubts",
     "draw_equilibrium",
     "draw_latitudes",
     "draw_lattice",
+    "draw_lattice_parts",
+    "draw_preview",
     "draw_rods",
     "draw_surface",
+    "draw_weave_parts",
     "equilibrium_caption",
     "equilibrium_concerns",
+    "lists_of",
     "measure",
     "measures_caption",
+    "named",
     "numbers",
+    "open_page",
+    "plain",
     "read_curves",
     "read_geometry",
     "read_loads",

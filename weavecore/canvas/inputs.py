@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Optional, Union
 
+import numpy as np
+
 from weavecore import pipeline
 from weavecore.canvas.solve import Run
-from weavecore.errors import NoSurface
+from weavecore.errors import NoSurface, Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import plane_from
@@ -159,21 +161,26 @@ def _tables() -> list[Any]:
     return [document.Objects for document in documents if document is not None]
 
 
-def numbers(values: Any) -> Union[float, list[float], None]:
+def numbers(values: Any, label: str = "spacing") -> Union[float, list[float], None]:
     """The numbers that come to an input of list access.
 
     Parameters
     ----------
-    values : None, number or iterable of numbers and None
+    values : None, number, text of a number, or iterable of these
+    label : str
+        Name of the input, for the message.
 
     Returns
     -------
     None, float or list of float
         None where there are none, a single one by itself.
+
+    Raises
+    ------
+    Unsupported
+        Where one of them is not a number.
     """
-    if values is None or isinstance(values, (int, float)):
-        return values
-    found = [float(value) for value in values if value is not None]
+    found = [_number(value, label) for value in _items(values)]
     return found if len(found) > 1 else found[0] if found else None
 
 
@@ -187,21 +194,124 @@ def diameters(values: Any) -> Optional[list[float]]:
     Returns
     -------
     list of float, or None where there are none
+
+    Raises
+    ------
+    Unsupported
     """
-    found = numbers(values)
-    return [float(found)] if isinstance(found, (int, float)) else found
+    return [_number(value, "stock") for value in _items(values)] or None
 
 
-def chosen(values: Any) -> Optional[list[int]]:
-    """The whole numbers that come to an input of list access.
+def chosen(run: Run, values: Any, surface: SurfaceMesh) -> Optional[list[int]]:
+    """The borders that come to an input of list access: by their places, or by points and curves near them.
 
     Parameters
     ----------
-    values : None, number or iterable of numbers and None
+    run : Run
+    values : None, number or iterable of numbers, points, curves and None
+    surface : SurfaceMesh
 
     Returns
     -------
     list of int, or None where there are none
+        Each border once.
+
+    Raises
+    ------
+    Unsupported
+        Where a number is not whole, or the surface has no border to be near to.
     """
-    found = [values] if isinstance(values, (int, float)) else values or ()
-    return [int(value) for value in found if value is not None] or None
+    found = []
+    for value in _items(values):
+        if isinstance(value, (int, float, str)):
+            number = _number(value, "borders")
+            if number != round(number):
+                raise Unsupported(f"A border has a whole number (got {number:g})", remedy="Wire 0, 1, 2…")
+            found.append(round(number))
+        else:
+            found.append(_nearest_border(run, value, surface))
+    return list(dict.fromkeys(found)) or None
+
+
+def _nearest_border(run: Run, value: Any, surface: SurfaceMesh) -> int:
+    """The border that is nearest to a point, or on average to a curve."""
+    if not surface.borders:
+        raise Unsupported("The surface has no border to be near to", remedy="Leave borders unwired.")
+    geometry = referenced(value)
+    place = coordinates(geometry)
+    points = place[None] if place is not None else _curve_points(run, geometry)
+    gaps = [_gaps(points, surface.vertices[loop]).mean() for loop in surface.borders]
+    return int(np.argmin(gaps))
+
+
+def _curve_points(run: Run, curve: Any) -> Floats:
+    (points,) = pipeline.curves_from([curve], tolerance=run.document.tolerance)
+    return points
+
+
+def _gaps(points: Floats, vertices: Floats) -> Floats:
+    gaps: Floats = np.sqrt(((points[:, None] - vertices) ** 2).sum(2).min(1))
+    return gaps
+
+
+def coordinates(value: Any) -> Optional[Floats]:
+    """(3,) of a point or vector of Rhino; None of anything else.
+
+    Parameters
+    ----------
+    value : object
+    """
+    place = getattr(value, "Location", value)
+    if all(hasattr(place, name) for name in "XYZ"):
+        return np.array([place.X, place.Y, place.Z], np.float64)
+    return None
+
+
+def _items(values: Any) -> list[Any]:
+    """What comes to an input of list access, without the Nones; a single value, or geometry, by itself."""
+    if values is None:
+        return []
+    if isinstance(values, (int, float, str)) or coordinates(values) is not None or hasattr(values, "Domain"):
+        return [values]
+    return [value for value in values if value is not None]
+
+
+def _number(value: Any, label: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise Unsupported(f"{label} must be a number (got {value!r})", remedy="Wire a number.") from None
+
+
+def plain(text: Optional[str]) -> Optional[str]:
+    """A name as weavecore writes it: small letters, no quotes or spaces about it; None where there is no text.
+
+    Parameters
+    ----------
+    text : str, optional
+    """
+    return (text or "").strip().strip('"').lower() or None
+
+
+def named(value: Optional[str], names: Sequence[str], label: str) -> Optional[str]:
+    """One of some names, however its letters are written; None where there is no text.
+
+    Parameters
+    ----------
+    value : str, optional
+    names : sequence of str
+    label : str
+        What is named, for the message.
+
+    Raises
+    ------
+    Unsupported
+        Where it is none of them.
+    """
+    wanted = plain(value)
+    if wanted is None:
+        return None
+    for name in names:
+        if name.lower() == wanted:
+            return name
+    raise Unsupported(f"Unknown {label} {value!r}", remedy=f"Use one of: {', '.join(names)}.")

@@ -8,8 +8,11 @@ from typing import Optional, Union
 import numpy as np
 
 from weavecore.errors import Unsupported
+from weavecore.fabricating.needs import MaterialNeeds, estimate_needs
+from weavecore.fabricating.workshop import Workshop
 from weavecore.geometry.arrays import Floats
 from weavecore.model import Latitudes, Lattice, Weave
+from weavecore.units import millimetres_in
 from weavecore.viewing.summary import regular_share
 
 Measured = Union[Latitudes, Lattice, Weave]
@@ -34,6 +37,13 @@ class Measures:
         Of the sharpest bend of any rod.
     utilisation : float, optional
         The largest of any rod; above 1 exceeds the allowable stress.
+    length : float, optional
+        Of all rods together.
+    n_joints : int, optional
+    waste : float, optional
+        Share of bars of the usual length that is left over; None where the unit is not known or rods cannot be cut.
+    mass : float, optional
+        Of all pieces in kg; None as the waste, or where the density is not known.
     """
 
     spacing: Floats
@@ -41,14 +51,20 @@ class Measures:
     regular: Optional[float] = None
     least_radius: Optional[float] = None
     utilisation: Optional[float] = None
+    length: Optional[float] = None
+    n_joints: Optional[int] = None
+    waste: Optional[float] = None
+    mass: Optional[float] = None
 
 
-def measure(value: Measured) -> Measures:
+def measure(value: Measured, unit: Optional[str] = None) -> Measures:
     """Measure a result.
 
     Parameters
     ----------
     value : Latitudes, Lattice or Weave
+    unit : str, optional
+        Of the value, where it states none.
 
     Returns
     -------
@@ -66,13 +82,27 @@ def measure(value: Measured) -> Measures:
         raise Unsupported(
             f"There is nothing to measure of a {type(value).__name__}", remedy="Give latitudes, a lattice or a weave."
         )
+    needs = _needs(weave, unit) if weave else None
     return Measures(
         spacing=_spacings(latitudes),
         edges=lattice.edge_lengths if isinstance(lattice, Lattice) else None,
         regular=regular_share(lattice) if isinstance(lattice, Lattice) else None,
         least_radius=float(weave.bending.min_radius.min(initial=np.inf)) if weave else None,
         utilisation=float(weave.bending.utilisation.max(initial=0.0)) if weave else None,
+        length=float(weave.axes.lengths.sum()) if weave else None,
+        n_joints=len(weave.joints) if weave else None,
+        waste=needs.waste if needs else None,
+        mass=needs.kilograms if needs else None,
     )
+
+
+def _needs(weave: Weave, unit: Optional[str]) -> Optional[MaterialNeeds]:
+    """What is cut from bars of the usual length; None where the unit is not known, or rods cannot be cut from them."""
+    try:
+        scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
+        return estimate_needs(weave, scale=scale, workshop=Workshop(templates=()))
+    except Unsupported:
+        return None
 
 
 def measures_caption(measures: Measures) -> str:

@@ -4,18 +4,19 @@
     lattice     {generation}          rings; longitudes by the generation where they begin
     rods        {family}              in the order L, A, B, P; layers in {family; place}
 
-A *place* is the index of an item among those of its branch.
+A *place* is the index of an item among those of its branch.  Before each path comes the number of the run, see `solve`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from weavecore.canvas.solve import Run
+from weavecore.canvas.trees import grouped
 from weavecore.errors import UnitUnknown
 from weavecore.geometry.arrays import Ints, ranks_in_rows
 from weavecore.geometry.polygon_mesh import fan_quads
@@ -35,9 +36,6 @@ from weavecore.weaving.strands import find_strands
 
 _LETTERS = "LABP"
 """The first letters of the names of rods, in the order of their branches."""
-
-_Branch = tuple[tuple[int, ...], list[Any]]
-"""A path of a data tree and the items that lie there."""
 
 
 class LatitudeResults(NamedTuple):
@@ -107,7 +105,7 @@ def draw_doubts(run: Run, surface: SurfaceMesh) -> tuple[list[str], Any]:
     doubts = warn_of_doubts(run, surface)
     texts = [f"{note.code}: {note.text}" for note in doubts]
     points = [run.drawing.points(np.asarray(note.points, np.float64).reshape(-1, 3)) for note in doubts]
-    return texts, data_tree(((i,), list(items)) for i, items in enumerate(points))
+    return texts, run.tree(((i,), list(items)) for i, items in enumerate(points))
 
 
 def warn_of_doubts(run: Run, surface: SurfaceMesh, *, known: Iterable[Note] = ()) -> list[Note]:
@@ -147,13 +145,13 @@ def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:
     """
     lines, generation = latitudes.polylines, latitudes.generation
     curves = run.drawing.polylines(lines.points, lines.offsets, lines.closed)
-    place = _places(generation)
+    place = places_in_branches(generation)
     parents: dict[int, list[int]] = {p: [] for p in range(len(latitudes))}
     for parent, child in latitudes.parents.tolist():
         parents[child].append(int(place[parent]))
     order = np.lexsort([place, generation]).tolist()
     branches = [((int(generation[p]), int(place[p])), parents[p]) for p in order]
-    return LatitudeResults(data_tree(grouped(generation, curves)), data_tree(branches))
+    return LatitudeResults(run.tree(grouped(generation, curves)), run.tree(branches))
 
 
 def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
@@ -179,8 +177,8 @@ def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
     quads = fan_quads(lattice.face_offsets, lattice.face_nodes)[0]
     return LatticeResults(
         nodes=list(run.drawing.points(lattice.nodes)),
-        rings=data_tree(grouped(*_columns(family[LATITUDINAL]))),
-        longitudes=data_tree(grouped(*_columns(family[LONGITUDINAL]))),
+        rings=run.tree(grouped(*_columns(family[LATITUDINAL]))),
+        longitudes=run.tree(grouped(*_columns(family[LONGITUDINAL]))),
         pockets=run.drawing.lines(lattice.nodes[pocket[:, 0]], lattice.nodes[pocket[:, 1]]),
         mesh=run.drawing.mesh(lattice.nodes, quads),
     )
@@ -203,13 +201,13 @@ def draw_rods(run: Run, weave: Weave) -> RodResults:
     curves = [run.drawing.spline(*axes.bspline(s)) for s in range(len(weave))]
     under = _rods_under(weave).tolist()
     ends = strands.offsets.tolist()
-    place = _places(np.asarray(branch)).tolist()
+    place = places_in_branches(branch).tolist()
     layers = [((branch[s], place[s]), under[ends[s] : ends[s + 1]]) for s in range(len(weave))]
     return RodResults(
-        rods=data_tree(grouped(branch, curves)),
-        names=data_tree(grouped(branch, weave.ids)),
-        layers=data_tree(sorted(layers, key=lambda part: part[0])),
-        utilisation=data_tree(grouped(branch, weave.bending.utilisation.tolist())),
+        rods=run.tree(grouped(branch, curves)),
+        names=run.tree(grouped(branch, weave.ids)),
+        layers=run.tree(sorted(layers, key=lambda part: part[0])),
+        utilisation=run.tree(grouped(branch, weave.bending.utilisation.tolist())),
     )
 
 
@@ -230,59 +228,19 @@ def _rods_under(weave: Weave) -> Ints:
     return under
 
 
-def _places(branch: Ints) -> Ints:
-    """Where each item lies among those of its branch."""
+def places_in_branches(branch: ArrayLike) -> Ints:
+    """Where each item lies among those of its branch.
+
+    Parameters
+    ----------
+    branch : (n,) int64
+    """
     order = np.argsort(branch, kind="stable")
     counts = np.bincount(branch)
-    places = np.empty(len(branch), np.int64)
+    places = np.empty(len(order), np.int64)
     places[order] = ranks_in_rows(counts)
     return places
 
 
 def _columns(rows: list[tuple[Any, Any]]) -> tuple[list[Any], list[Any]]:
     return [row[0] for row in rows], [row[1] for row in rows]
-
-
-def data_tree(branches: Iterable[_Branch]) -> Any:
-    """Make a ``DataTree`` of branches in their order; those of one path are put together.
-
-    Parameters
-    ----------
-    branches : iterable of (path, items)
-        A path is a tuple of whole numbers.
-
-    Returns
-    -------
-    DataTree[Object]
-    """
-    grasshopper: Any = import_module("Grasshopper")
-    paths: Any = import_module("Grasshopper.Kernel.Data")
-    system: Any = import_module("System")
-    # Python's own object is no type for .NET.
-    tree = grasshopper.DataTree[system.Object]()
-    for path, items in branches:
-        place = paths.GH_Path(*path)
-        tree.EnsurePath(place)
-        for item in items:
-            # A whole number would stay one of Python's, which Grasshopper does not reckon with.
-            tree.Add(system.Int32(item) if isinstance(item, int) else item, place)
-    return tree
-
-
-def grouped(keys: Iterable[int], items: Iterable[Any]) -> list[_Branch]:
-    """Make one branch for each key, rising, with its items in their order.
-
-    Parameters
-    ----------
-    keys, items : iterable
-        A whole number for each item.
-
-    Returns
-    -------
-    list of (path, items)
-        The path of a branch is its key alone.
-    """
-    branches: dict[int, list[Any]] = {}
-    for key, item in zip(keys, items):
-        branches.setdefault(int(key), []).append(item)
-    return [((key,), branches[key]) for key in sorted(branches)]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any, NamedTuple, Optional
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from weavecore import pipeline
-from weavecore.canvas.inputs import referenced
-from weavecore.canvas.results import data_tree, family_branches, grouped
+from weavecore.canvas.inputs import coordinates, referenced
+from weavecore.canvas.results import family_branches
 from weavecore.canvas.solve import Run
+from weavecore.canvas.trees import grouped
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.model import Equilibrium, Weave
@@ -69,7 +69,7 @@ def read_places(run: Run, values: Any) -> list[Floats]:
         As `weavecore.reading.curves_from`.
     """
     found = [referenced(value) for value in values or () if value is not None]
-    points = [_coordinates(value) for value in found]
+    points = [coordinates(value) for value in found]
     curves = [value for value, point in zip(found, points) if point is None]
     sampled = iter(pipeline.curves_from(curves, tolerance=run.document.tolerance))
     return [next(sampled) if point is None else point[None] for point in points]
@@ -92,8 +92,8 @@ def read_loads(points: Any, forces: Any) -> list[tuple[Floats, Floats]]:
     Unsupported
         Where there are points without forces, or forces without points, or one of them is neither.
     """
-    places = [_coordinates(referenced(value)) for value in points or () if value is not None]
-    vectors = [_coordinates(value) for value in forces or () if value is not None]
+    places = [coordinates(referenced(value)) for value in points or () if value is not None]
+    vectors = [coordinates(value) for value in forces or () if value is not None]
     if any(one is None for one in (*places, *vectors)):
         raise Unsupported("The points must be points and the forces vectors", remedy="Wire points and vectors.")
     if bool(places) != bool(vectors):
@@ -104,14 +104,6 @@ def read_loads(points: Any, forces: Any) -> list[tuple[Floats, Floats]]:
         )
     vectors += vectors[-1:] * (len(places) - len(vectors))
     return [(place, vector) for place, vector in zip(places, vectors) if place is not None and vector is not None]
-
-
-def _coordinates(value: Any) -> Optional[Floats]:
-    """(3,) of a point or vector of Rhino; None of anything else."""
-    place = getattr(value, "Location", value)
-    if all(hasattr(place, name) for name in "XYZ"):
-        return np.array([place.X, place.Y, place.Z], np.float64)
-    return None
 
 
 def draw_equilibrium(run: Run, equilibrium: Equilibrium) -> EquilibriumResults:
@@ -131,29 +123,34 @@ def draw_equilibrium(run: Run, equilibrium: Equilibrium) -> EquilibriumResults:
     for s in range(len(weave)):
         if s % _RODS_A_POLL == 0:
             run.progress(s / len(weave), "drawing")
-        curves.append(drawing.spline(*_curve_at_rest(equilibrium, s)))
+        curves.append(drawing.spline(*curve_at_rest(equilibrium, s)))
     used = equilibrium.greatest_of_rods(equilibrium.utilisation).tolist()
     held = equilibrium.is_supported
     metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit_of(run, weave)) / 1000.0
     springs = springs_of(weave, metres=metres)
     lines = drawing.lines(springs.starts, springs.ends)
-    vector = import_module("Rhino.Geometry").Vector3d
     return EquilibriumResults(
-        rods=data_tree(grouped(branch, curves)),
+        rods=run.tree(grouped(branch, curves)),
         departure=equilibrium.departure.tolist(),
-        utilisation=data_tree(grouped(branch, used)),
+        utilisation=run.tree(grouped(branch, used)),
         held=list(drawing.points(weave.lattice.nodes[held])),
-        reactions=[vector(*force) for force in equilibrium.reaction[held].tolist()],
+        reactions=drawing.vectors(equilibrium.reaction[held]),
         stable=equilibrium.is_stable,
-        springs=data_tree(grouped(springs.rod.tolist(), lines)),
-        lengths=data_tree(grouped(springs.rod.tolist(), springs.rest_length.tolist())),
-        strengths=data_tree(grouped(springs.rod.tolist(), springs.stiffness.tolist())),
+        springs=run.tree(grouped(springs.rod.tolist(), lines)),
+        lengths=run.tree(grouped(springs.rod.tolist(), springs.rest_length.tolist())),
+        strengths=run.tree(grouped(springs.rod.tolist(), springs.stiffness.tolist())),
         ties=drawing.lines(springs.tie_starts, springs.tie_ends),
     )
 
 
-def _curve_at_rest(equilibrium: Equilibrium, rod: int) -> tuple[Floats, Floats]:
-    """Knots and control points of a cubic through the points of a rod."""
+def curve_at_rest(equilibrium: Equilibrium, rod: int) -> tuple[Floats, Floats]:
+    """Knots and control points of a cubic through the points of a rod.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    rod : int
+    """
     points = equilibrium.points[equilibrium.offsets[rod] : equilibrium.offsets[rod + 1]]
     is_closed = bool(equilibrium.weave.strands.closed[rod])
     through = np.concatenate([points, points[:1]]) if is_closed else points

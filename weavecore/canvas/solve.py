@@ -3,7 +3,9 @@
     inputs → hash → kept outcome, or `compute` → outcome: outputs, caption, balloons → shown
 
 The hash covers the values of all inputs, the files that they name, the unit of the document and the code of `compute`;
-an input that cannot be hashed is computed each time.
+an input that cannot be hashed is computed each time.  Grasshopper runs a component several times in one solution where
+lists or branches come to inputs that take one item or one list: the branches of its trees, and its messages, begin with
+the number of the run.  What is kept of a component grows with its runs, and goes with it (`keeping`).
 """
 
 from __future__ import annotations
@@ -12,8 +14,7 @@ import hashlib
 import json
 import os
 import warnings
-from collections import OrderedDict
-from collections.abc import Iterable, Mapping, MutableMapping
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from importlib import import_module
@@ -24,14 +25,14 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from weavecore.canvas.keeping import pressed, runs_of, shelf_of
+from weavecore.canvas.placing import offer_lists
+from weavecore.canvas.trees import data_tree
 from weavecore.errors import UnitUnknown, Unsupported, WeaveError
 from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, is_rhino_mesh, rhino_faces, rhino_vertices
 
 REMARK, WARNING, ERROR = "Remark", "Warning", "Error"
 """Grasshopper's levels of a balloon."""
-
-_MOST_KEPT = 8
-"""Results kept of one component: more than one, as a list that runs through it gives one for each item."""
 
 _MAKERS = {
     "SurfaceMesh": "Put a Weave Surface in between and wire its output surface.",
@@ -69,6 +70,7 @@ class Outcome:
     caption: str = ""
     balloons: tuple[tuple[str, str], ...] = ()
     is_kept: bool = True
+    is_cancelled: bool = False
 
 
 @dataclass
@@ -84,11 +86,14 @@ class Run:
     folder : Path
         Where files without a folder of their own belong: beside the definition, or in the user's home where that
         has not been saved yet.
+    number : int
+        Which run of the solution it is, from 0.
     """
 
     is_cancelled: Callable[[], bool]
     show_text: Callable[[str], None]
     folder: Path = field(default_factory=Path.home)
+    number: int = 0
     caption: str = ""
     balloons: list[tuple[str, str]] = field(default_factory=list)
 
@@ -113,6 +118,16 @@ class Run:
             raise Cancelled
         self.show_text(f"{label} {fraction:.0%}")
 
+    def tree(self, branches: Iterable[tuple[tuple[int, ...], list[Any]]]) -> Any:
+        """A ``DataTree`` of branches, whose paths begin with the number of the run.
+
+        Parameters
+        ----------
+        branches : iterable of (path, items)
+            A path is a tuple of whole numbers.
+        """
+        return data_tree(((self.number, *path), items) for path, items in branches)
+
     def warn(self, text: str) -> None:
         """Put up an orange balloon."""
         self.balloons.append((WARNING, text))
@@ -131,6 +146,8 @@ def solve(
     needs: Mapping[str, type],
     n_outputs: int,
     is_kept: bool = True,
+    buttons: Iterable[str] = (),
+    lists: Optional[Mapping[str, Sequence[str]]] = None,
 ) -> Outputs:
     """Run a component.
 
@@ -149,6 +166,10 @@ def solve(
     n_outputs : int
     is_kept : bool
         Whether the same inputs give the same outputs, so that they need not be computed again.
+    buttons : iterable of str
+        Inputs that act once when they turn true: `compute` gets them as true in that solution alone.
+    lists : mapping of str to sequence of str, optional
+        Names that inputs take, offered as lists when the component is placed.
 
     Returns
     -------
@@ -156,30 +177,48 @@ def solve(
         The outputs, None each where there are none.
     """
     nothing = (None,) * n_outputs
+    number, count = runs_of(component)
+    buttons = tuple(buttons)
+    inputs = {**inputs, **pressed(component, sticky, {name: inputs[name] for name in buttons}, number)}
     missing = [name for name in needs if inputs[name] is None]
     if missing:
+        offer_lists(component, shelf_of(component, sticky), lists or {})
         wired = [name for name in missing if _is_wired(component, name)]
         balloons = tuple((WARNING, f"{name}: nothing comes through the wire.") for name in wired)
         _show(component, Outcome(nothing, "", balloons))
         return nothing
-    kept, key = _shelf(component, sticky), _key_of(compute, inputs, _folder_of(component)) if is_kept else ""
-    if key and key in kept:
-        kept.move_to_end(key)
-        outcome = kept[key]
-    else:
-        outcome = _run(component, compute, inputs, needs, nothing)
-        if key and outcome.is_kept:
-            kept[key] = outcome
-            while len(kept) > _MOST_KEPT:
-                kept.popitem(last=False)
+    shelf, folder = shelf_of(component, sticky), _folder_of(component)
+    is_pressed = any(inputs[name] for name in buttons)
+    asked = {**inputs, **dict.fromkeys(buttons)}
+    key = _key_of(compute, asked, folder, number) if is_kept or buttons else None
+    # What a button gave is shown after it is released, until another input changes.
+    outcome = None if is_pressed else shelf.get(key)
+    if outcome is None:
+        outcome = _run(component, compute, inputs, needs, nothing, number)
+        if count > 1:
+            told = f"Item {number + 1} of {count}: "
+            outcome = replace(outcome, balloons=tuple((level, told + text) for level, text in outcome.balloons))
+        if outcome.is_cancelled:
+            shelf.down.clear()
+        elif is_pressed:
+            # A file that was written, and that an input names, makes another input.
+            shelf.put(_key_of(compute, asked, folder, number), outcome, count)
+        elif is_kept and outcome.is_kept:
+            shelf.put(key, outcome, count)
     _show(component, outcome)
-    return outcome.outputs
+    outputs: Outputs = outcome.outputs
+    return outputs
 
 
 def _run(
-    component: Any, compute: Compute, inputs: Mapping[str, Any], needs: Mapping[str, type], nothing: Outputs
+    component: Any,
+    compute: Compute,
+    inputs: Mapping[str, Any],
+    needs: Mapping[str, type],
+    nothing: Outputs,
+    number: int,
 ) -> Outcome:
-    run = Run(_escape_pressed, lambda text: setattr(component, "Message", text), _folder_of(component))
+    run = Run(_escape_pressed, lambda text: setattr(component, "Message", text), _folder_of(component), number)
     failed = Outcome(nothing, is_kept=False)
     try:
         with warnings.catch_warnings(record=True) as caught:
@@ -188,11 +227,17 @@ def _run(
             _check_kinds(inputs, needs)
             outputs = tuple(compute(run, **inputs))
     except Cancelled:
-        return replace(failed, caption="cancelled", balloons=((REMARK, "Cancelled. Recompute to go on."),))
+        return replace(
+            failed, is_cancelled=True, caption="cancelled", balloons=((REMARK, "Cancelled. Recompute to go on."),)
+        )
     except WeaveError as error:
         return replace(failed, balloons=(*run.balloons, (ERROR, str(error))))
     except MemoryError:
         text = "TOO_MUCH_WORK: the memory did not suffice. Choose a larger spacing or a coarser mesh."
+        return replace(failed, balloons=((ERROR, text),))
+    except ModuleNotFoundError as error:
+        text = f"UNSUPPORTED: This needs {error.name}, which is not installed."
+        text += f" Add # r: {error.name} on top of the component's script."
         return replace(failed, balloons=((ERROR, text),))
     except Exception as error:  # noqa: BLE001 - a fault of the program must not end in a traceback either.
         text = f"INTERNAL: {type(error).__name__}: {error}. This is a fault of weavecore: please report it."
@@ -229,18 +274,12 @@ def _folder_of(component: Any) -> Path:
     return Path(path).parent if path else Path.home()
 
 
-def _shelf(component: Any, sticky: MutableMapping[str, Any]) -> OrderedDict[str, Outcome]:
-    """The results that are kept of this component."""
-    shelf: OrderedDict[str, Outcome] = sticky.setdefault(f"weavecore:{component.InstanceGuid}", OrderedDict())
-    return shelf
-
-
-def _key_of(compute: Compute, inputs: Mapping[str, Any], folder: Path) -> Optional[str]:
-    """Hash of the inputs, the document's unit and the script; None where an input cannot be hashed."""
+def _key_of(compute: Compute, inputs: Mapping[str, Any], folder: Path, number: int) -> Optional[str]:
+    """Hash of the inputs, the run, the document's unit and the script; None where an input cannot be hashed."""
     # A text may name a file beside the definition, which is another input once it has changed.
     files = [str(folder / value) for value in inputs.values() if isinstance(value, str)]
     try:
-        return digest([document_unit()._asdict(), dict(inputs), files, _text_of(compute.__code__)])
+        return digest([document_unit()._asdict(), dict(inputs), files, number, _text_of(compute.__code__)])
     except Indistinct:
         return None
 

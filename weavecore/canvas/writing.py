@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+import tempfile
+import webbrowser
+from pathlib import Path
+from typing import Any, Optional
 
 from weavecore import pipeline
 from weavecore.canvas.solve import Run
@@ -10,6 +13,7 @@ from weavecore.errors import Unsupported
 from weavecore.model import Equilibrium, Latitudes, Lattice, SurfaceMesh, Weave
 from weavecore.reading.raw import counted
 
+_PAGE = ".html"
 _MOST_NAMED = 5
 """Rods that a warning names; it counts the others."""
 
@@ -66,6 +70,36 @@ def write_value(run: Run, value: Any, path: str, *, overwrite: bool) -> str:
     """
     target = str(run.folder / path.strip().strip('"'))
     pipeline.export_together(value, [target], overwrite=overwrite, progress=run.progress)
+    return target
+
+
+def open_page(run: Run, value: Any, path: Optional[str]) -> str:
+    """Write a result as a page and open it in the browser.
+
+    Parameters
+    ----------
+    run : Run
+    value : SurfaceMesh, Latitudes, Lattice, Weave or Equilibrium
+    path : str, optional
+        Absolute, or relative to `Run.folder`; by default a file among the temporary ones.
+
+    Returns
+    -------
+    str
+        The full path.
+
+    Raises
+    ------
+    Unsupported, NotWritten
+    """
+    if path is None or not path.strip():
+        folder = Path(tempfile.gettempdir()) / "weavecore"
+        folder.mkdir(exist_ok=True)
+        path = str(folder / "weave.html")
+    if Path(path.strip().strip('"')).suffix.lower() != _PAGE:
+        raise Unsupported(f"A page ends in {_PAGE}, not as {path} does", remedy=f"Let the path end in {_PAGE}.")
+    target = write_value(run, value, path, overwrite=True)
+    webbrowser.open(Path(target).as_uri())
     return target
 
 

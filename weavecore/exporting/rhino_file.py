@@ -16,6 +16,7 @@ Objects have the colours of their layers, except rods.  Closed polylines repeat 
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 import numpy as np
 
@@ -121,21 +122,32 @@ def _closed_points(points: Floats, *, is_closed: bool) -> Floats:
 def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
     """Add the axes as NURBS curves of degree 3, one layer a family, coloured by utilisation."""
     colours = utilisation_colours(weave.bending.utilisation).tolist()
-    bending = weave.bending
     for s, name in enumerate(weave.ids):
         layer = builder.layer(f"weave::rods::{ROD_LAYERS[name[0]]}", ROD_LAYER_COLOUR)
         knots, controls = weave.axes.bspline(s)
-        texts = {
-            "id": name,
-            "family": FAMILIES[int(weave.strands.family[s])],
-            "length": float(weave.axes.lengths[s]),
-            "diameter": float(weave.diameters[s]),
-            "material": weave.material.name,
-            "min_radius": float(bending.min_radius[s]),
-            "station_at_min": float(bending.station_at_min[s]),
-            "utilisation": float(bending.utilisation[s]),
-        }
-        builder.add_curve(knots, controls, layer, name, texts, tuple(colours[s]))
+        builder.add_curve(knots, controls, layer, name, rod_texts(weave, s), tuple(colours[s]))
+
+
+def rod_texts(weave: Weave, s: int) -> dict[str, Any]:
+    """What the user text of a rod says, by its keys.
+
+    Parameters
+    ----------
+    weave : Weave
+    s : int
+        The rod.
+    """
+    bending = weave.bending
+    return {
+        "id": weave.ids[s],
+        "family": FAMILIES[int(weave.strands.family[s])],
+        "length": float(weave.axes.lengths[s]),
+        "diameter": float(weave.diameters[s]),
+        "material": weave.material.name,
+        "min_radius": float(bending.min_radius[s]),
+        "station_at_min": float(bending.station_at_min[s]),
+        "utilisation": float(bending.utilisation[s]),
+    }
 
 
 def _add_faces(builder: RhinoFileBuilder, product: Product, layer: str, name: str) -> None:

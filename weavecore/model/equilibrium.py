@@ -13,7 +13,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, frozen, next_in_loop,
 from weavecore.model.weave import Weave
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium:
     """Rods at rest.  Lengths are in the model's unit, forces in N, moments in N·m, stresses in MPa, energies in J.
 
@@ -80,6 +80,9 @@ class Equilibrium:
     loads: str = "none"
     buckling_factor: Optional[float] = None
     load: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def __repr__(self) -> str:
+        return f"<Equilibrium: {len(self.weave)} rods, departure {self.departure_max:.3g}, {self.supports}>"
 
     def __post_init__(self) -> None:
         n, n_nodes = len(self.points), self.weave.lattice.n_nodes

@@ -62,7 +62,7 @@ class Bands:
         return len(self.offsets) - 1
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Latitudes:
     """Polylines parallel to the borders, and the graph of parents and children (Yan et al. 2016, §4).
 
@@ -96,6 +96,9 @@ class Latitudes:
     bands: Bands
     spacing: float
     vertex_distance: Floats
+
+    def __repr__(self) -> str:
+        return f"<Latitudes: {len(self)} curves in {self.n_generations} generations, spacing {self.spacing:g}>"
 
     def __post_init__(self) -> None:
         n = len(self.polylines)

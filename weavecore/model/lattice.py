@@ -18,7 +18,7 @@ FAMILIES = ("latitudinal", "longitudinal", "pocket")
 """Their names, in this order."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Lattice:
     """Nodes on the latitudes and the edges between them (Yan et al. 2016, §5).
 
@@ -58,6 +58,9 @@ class Lattice:
     pattern: str
     edge_length: float
     off_latitudes: bool = False
+
+    def __repr__(self) -> str:
+        return f"<Lattice: {self.pattern}, {self.n_nodes} nodes, {self.n_edges} edges, {self.n_faces} faces>"
 
     def __post_init__(self) -> None:
         n_nodes, n_edges = len(self.nodes), len(self.edges)

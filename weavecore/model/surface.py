@@ -26,7 +26,7 @@ from weavecore.geometry.halfedges import (
 from weavecore.model.notes import Note
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SurfaceMesh:
     """An oriented manifold triangle mesh, checked once, when it is made.
 
@@ -70,6 +70,9 @@ class SurfaceMesh:
     name: str = ""
     notes: tuple[Note, ...] = ()
     starts: Optional[Origins] = None
+
+    def __repr__(self) -> str:
+        return f"<SurfaceMesh: {self.n_faces} faces, {len(self.borders)} borders, in {self.unit}>"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen(self.vertices, np.float64, (-1, 3)))

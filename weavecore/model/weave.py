@@ -16,7 +16,7 @@ from weavecore.model.rod_axes import RodAxes
 from weavecore.model.strands import Strands
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Weave:
     """Continuous rods, over and under one another (Yan et al. 2016, §3 and §6).
 
@@ -62,6 +62,9 @@ class Weave:
     over_under: str
     conflicts: Ints
     clashes: Clashes
+
+    def __repr__(self) -> str:
+        return f"<Weave: {len(self)} rods, {len(self.joints)} joints, {self.over_under}, {self.material.name}>"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ids", tuple(self.ids))

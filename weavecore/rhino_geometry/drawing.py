@@ -5,6 +5,7 @@ With RhinoCommon whole arrays are handed over; rhino3dm takes points one by one,
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import Any, Optional
 
@@ -32,6 +33,10 @@ class Drawing:
         if self._has_arrays:
             return net_array(self._library.Point3d, np.asarray(points, np.float64))
         return list(map(self._library.Point3d, *points.T.tolist()))
+
+    def vectors(self, vectors: Floats) -> list[Any]:
+        """Vectors (n, 3) as Rhino's."""
+        return list(map(self._library.Vector3d, *vectors.T.tolist()))
 
     def polyline(self, points: Floats, *, is_closed: bool) -> Any:
         """A polyline curve through points (n, 3); a closed one goes back to its first."""
@@ -65,8 +70,11 @@ class Drawing:
             curve.Knots[i] = knot
         return curve
 
-    def mesh(self, points: Floats, quads: Ints) -> Any:
-        """A mesh of points (n, 3) and faces (F, 4), of which a triangle repeats its last corner."""
+    def mesh(self, points: Floats, quads: Ints, *, colour: Optional[Sequence[int]] = None) -> Any:
+        """A mesh of points (n, 3) and faces (F, 4), of which a triangle repeats its last corner; of one colour or none.
+
+        The colour is red, green and blue in 0…255.
+        """
         mesh = self._library.Mesh()
         if self._has_arrays:
             mesh.Vertices.UseDoublePrecisionVertices = True
@@ -77,7 +85,18 @@ class Drawing:
             list(map(mesh.Vertices.AddPoint3d, *points.T.tolist()))
             list(map(mesh.Faces.AddFace, *quads.T.tolist()))
         mesh.Normals.ComputeNormals()
+        if colour is not None and self._has_arrays:
+            mesh.VertexColors.CreateMonotoneMesh(import_module("System.Drawing").Color.FromArgb(*colour))
+        elif colour is not None:
+            list(map(mesh.VertexColors.Add, *([part] * len(points) for part in colour)))
         return mesh
+
+    def joined(self, meshes: Iterable[Any]) -> Any:
+        """One mesh of several, which stay as they are."""
+        whole = self._library.Mesh()
+        for mesh in meshes:
+            whole.Append(mesh)
+        return whole
 
 
 def _library() -> Any:
