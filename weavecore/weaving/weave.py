@@ -9,7 +9,7 @@ Linear in the visits but for sorting; each diameter that is tried costs one fit 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Callable, Optional, Union
 
 import numpy as np
@@ -29,8 +29,8 @@ from weavecore.weaving.clash_work import check_work
 from weavecore.weaving.clearance import find_clashes
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
-from weavecore.weaving.stock import LEAST_RODS, choose_diameter, next_thinner, stock_diameters
-from weavecore.weaving.strands import find_strands
+from weavecore.weaving.stock import LEAST_RODS, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
+from weavecore.weaving.strands import darts_at, find_strands
 
 _SPACING_IN_RODS = 48.0
 """Spacing, or mean edge where that is shorter, over the diameter that the search for a diameter starts from."""
@@ -141,7 +141,10 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
 
 @dataclass(frozen=True, eq=False)
 class _Bent:
-    """Rods in their places: diameters (3,) by family and (S,) by rod, and the largest (M,) that passes at a visit."""
+    """Rods in their places: diameters (3,) by family and (S,) by rod, and the largest (M,) that passes at a visit.
+
+    ``cuts`` (k, 2) are the darts between which rods are broken.
+    """
 
     strands: Strands
     lean: Ints
@@ -152,6 +155,12 @@ class _Bent:
     normals: Floats
     bending: Bending
     largest: Floats
+    cuts: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+
+    @property
+    def n_short(self) -> int:
+        """Count of rods with fewer than `FEWEST_JOINTS` joints."""
+        return int(np.count_nonzero(np.bincount(self.order.joints.strand, minlength=len(self.strands)) < FEWEST_JOINTS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,16 +200,24 @@ class _Woven:
             if thinner is None and (whole.largest < diameter).mean() > _MOST_SHARP:
                 return whole
             if thinner is None or (bent.bending.utilisation <= 1.0).mean() >= LEAST_RODS:
-                return self.break_rods(bent, _FEWEST_OF_ALL)
+                broken = self.break_rods(bent, _FEWEST_OF_ALL)
+                if thinner is None or broken.n_short - whole.n_short <= MOST_SHORT * len(broken.strands):
+                    return broken
             diameter = thinner
 
     def break_rods(self, bent: _Bent, fewest: int) -> _Bent:
-        """Break rods where they are bent too sharply, as far as no piece gets fewer joints."""
-        for _ in range(_MOST_BREAK_ROUNDS):
-            breaks = find_breaks(bent.strands, bent.largest, bent.diameters, fewest=fewest)
-            if not breaks.any():
-                break
-            bent = self.bend(break_strands(bent.strands, breaks), bent.by_family)
+        """Break rods where they are bent too sharply, as far as no piece gets fewer joints.
+
+        First the rods are found anew without the sharp turns, so that others may take over the ways of the pieces.
+        """
+        for found_anew in (True, False):
+            for _ in range(_MOST_BREAK_ROUNDS):
+                breaks = find_breaks(bent.strands, bent.largest, bent.diameters, fewest=fewest)
+                if not breaks.any():
+                    return bent
+                cuts = np.concatenate([bent.cuts, darts_at(self.lattice, bent.strands, breaks)])
+                strands = find_strands(self.lattice, cuts) if found_anew else break_strands(bent.strands, breaks)
+                bent = replace(self.bend(strands, bent.by_family), cuts=cuts)
         return bent
 
 
