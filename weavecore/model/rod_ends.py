@@ -34,11 +34,14 @@ _MOST_DARTS = 9
 """Darts of a node up to which all pairings are tried: 2,620 of nine, were all allowed."""
 
 USUAL, LAST_RESORT, RING = 0, 1, 2
-"""Kinds of pairs: of two links; of a link and a ring; of two edges of a ring, which is undone only where that is closed
-and so stays one rod."""
+"""Kinds of pairs: of two links; of a link and a ring; of two edges of a ring, which is undone only where both of its
+sides stay long."""
 
 _OPENED_RING = 2
 """Last resorts that an opened ring counts as."""
+
+_LONG = 8
+"""Joints that a ring has on both sides of a node where it is opened: its pieces stay long rods."""
 
 _Pairing = tuple[tuple[int, int], ...]
 _Pairs = dict[tuple[int, int], tuple[int, float]]
@@ -72,12 +75,13 @@ class _Chains:
             darts.append(self.partner[darts[-1] ^ 1])
         return darts
 
-    def is_closed(self, dart: int) -> bool:
-        """Whether the rod that passes the tail of a dart is closed."""
-        onward = self.partner[dart ^ 1]
-        while onward not in (ALONE, dart):
-            onward = self.partner[onward ^ 1]
-        return onward == dart
+    def is_long(self, dart: int) -> bool:
+        """Whether a rod goes on for `_LONG` joints at least beyond the tail of a dart."""
+        for _ in range(_LONG):
+            if dart == ALONE:
+                return False
+            dart = self.partner[dart ^ 1]
+        return True
 
     def pair(self, darts: list[int], pairing: _Pairing) -> None:
         """Pair some darts of one node anew; those in no pair end there."""
@@ -133,7 +137,7 @@ def count_short_rods(partner: Ints) -> tuple[int, int]:
 def _pair_best(chains: _Chains, pairs: _Pairs) -> bool:
     """Pair the darts of a node so that their sum is least; whether that changes anything."""
     rings = [pair for pair, (kind, _) in pairs.items() if kind == RING and chains.partner[pair[0]] == pair[1]]
-    held = {dart for pair in rings if not chains.is_closed(pair[0]) for dart in pair}
+    held = {dart for pair in rings if not (chains.is_long(pair[0]) and chains.is_long(pair[1])) for dart in pair}
     pairs = {pair: of for pair, of in pairs.items() if not held.intersection(pair)}
     # A dart that goes straight across is in none of the pairs.
     darts = sorted({dart for pair in pairs for dart in pair})
