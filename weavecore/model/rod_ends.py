@@ -8,10 +8,10 @@ At a node with an odd number of edges one rod ends, however the edges are paired
           |                    |
           |  short             |  goes on
 
-So at every node where a short rod ends the darts are paired anew, so that there are the fewest short rods, then the
-fewest pairs that are a last resort, then the fewest ends, then the least turn.  The best pairing of one node is found
+So at every node of a short rod the darts are paired anew, so that there are the fewest short rods, then the fewest
+pairs that are a last resort, then the fewest ends, then the least turn.  The best pairing of one node is found
 by trial of all, while the other nodes stay as they are; it is taken unless it is better by the turns alone.  Nodes take
-turns until none changes: a few rounds over the K nodes at which short rods end, O(K) for a bounded number of edges.
+turns until none changes: a few rounds over the K nodes of short rods, O(K) for a bounded number of edges.
 """
 
 from __future__ import annotations
@@ -21,26 +21,37 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.matching import ALONE
 
 FEWEST_JOINTS = 4
 """A rod with fewer joints holds little and is hard to keep in place."""
 
 _MOST_ROUNDS = 8
-"""Rounds over the nodes at which short rods end: three are enough on all samples."""
+"""Rounds over the nodes of short rods: four are enough on all samples."""
 
 _MOST_DARTS = 9
 """Darts of a node up to which all pairings are tried: 2,620 of nine, were all allowed."""
 
+USUAL, LAST_RESORT, RING = 0, 1, 2
+"""Kinds of pairs: of two links; of a link and a ring; of two edges of a ring, which is undone only where both of its
+sides stay long."""
+
+_OPENED_RING = 2
+"""Last resorts that an opened ring counts as."""
+
+_LONG = 8
+"""Joints that a ring has on both sides of a node where it is opened: its pieces stay long rods."""
+
 _Pairing = tuple[tuple[int, int], ...]
+_Pairs = dict[tuple[int, int], tuple[int, float]]
 
 
 class _Chains:
     """Rods as partners of darts: a dart leaves its node, and its partner leaves the same node on the other side."""
 
     def __init__(self, partner: Ints) -> None:
-        self.partner = partner.tolist()
+        self.partner: list[int] = partner.tolist()
 
     def reach(self, dart: int) -> int:
         """How many nodes a rod passes beyond the tail of a dart, counted up to `FEWEST_JOINTS`."""
@@ -52,6 +63,26 @@ class _Chains:
             count, dart = count + 1, onward
         return count
 
+    def short_ends(self) -> list[int]:
+        """The darts with which rods of fewer joints end, each rod twice."""
+        ends = [dart for dart, onward in enumerate(self.partner) if onward == ALONE]
+        return [dart for dart in ends if self.reach(dart) + 1 < FEWEST_JOINTS]
+
+    def darts_from(self, dart: int) -> list[int]:
+        """The darts of a rod from one with which it ends."""
+        darts = [dart]
+        while self.partner[darts[-1] ^ 1] != ALONE:
+            darts.append(self.partner[darts[-1] ^ 1])
+        return darts
+
+    def is_long(self, dart: int) -> bool:
+        """Whether a rod goes on for `_LONG` joints at least beyond the tail of a dart."""
+        for _ in range(_LONG):
+            if dart == ALONE:
+                return False
+            dart = self.partner[dart ^ 1]
+        return True
+
     def pair(self, darts: list[int], pairing: _Pairing) -> None:
         """Pair some darts of one node anew; those in no pair end there."""
         for dart in darts:
@@ -60,7 +91,7 @@ class _Chains:
             self.partner[one], self.partner[other] = other, one
 
 
-def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn: Floats, last_resort: Bools) -> Ints:
+def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn: Floats, kind: Ints) -> Ints:
     """Pair the darts anew so that fewer rods have less than `FEWEST_JOINTS` joints.
 
     Parameters
@@ -73,29 +104,21 @@ def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn:
         Pairs of darts of one node that a rod may follow.
     turn : (k,) float64
         By how much it turns there.
-    last_resort : (k,) bool
-        Pairs that are made only for the sake of a short rod.
+    kind : (k,) int64
+        `USUAL`, `LAST_RESORT` or `RING`.
 
     Returns
     -------
     (D,) int64
     """
-    pairs: defaultdict[int, dict[tuple[int, int], tuple[int, float]]] = defaultdict(dict)
-    for node, a, b, t, last in zip(
-        tail[one].tolist(), one.tolist(), other.tolist(), turn.tolist(), last_resort.tolist()
-    ):
-        pairs[node][a, b] = (int(last), t)
+    pairs: defaultdict[int, _Pairs] = defaultdict(dict)
+    for a, b, t, of_kind in zip(one.tolist(), other.tolist(), turn.tolist(), kind.tolist()):
+        pairs[int(tail[a])][a, b] = (of_kind, t)
     chains = _Chains(partner)
     for _ in range(_MOST_ROUNDS):
-        ends = [
-            dart
-            for dart, onward in enumerate(chains.partner)
-            if onward == ALONE and chains.reach(dart) < FEWEST_JOINTS - 1
-        ]
-        changed = False
-        for node in np.unique(tail[ends]).tolist() if ends else []:
-            changed |= _pair_best(chains, pairs[node])
-        if not changed:
+        nodes = {int(tail[dart]) for end in chains.short_ends() for dart in chains.darts_from(end)}
+        changed = [_pair_best(chains, pairs[node]) for node in sorted(nodes)]
+        if not any(changed):
             break
     return np.array(chains.partner, np.int64)
 
@@ -108,19 +131,19 @@ def count_short_rods(partner: Ints) -> tuple[int, int]:
     partner : (D,) int64
         As of `lengthen_short_rods`.
     """
-    chains = _Chains(partner)
-    ends = np.flatnonzero(partner == ALONE).tolist()
-    short = sum(chains.reach(dart) + 1 < FEWEST_JOINTS for dart in ends)
-    return short // 2, len(ends) // 2
+    return len(_Chains(partner).short_ends()) // 2, int(np.count_nonzero(partner == ALONE)) // 2
 
 
-def _pair_best(chains: _Chains, pairs: dict[tuple[int, int], tuple[int, float]]) -> bool:
+def _pair_best(chains: _Chains, pairs: _Pairs) -> bool:
     """Pair the darts of a node so that their sum is least; whether that changes anything."""
-    darts = sorted({dart for pair in pairs for dart in pair})
+    rings = [pair for pair, (kind, _) in pairs.items() if kind == RING and chains.partner[pair[0]] == pair[1]]
+    held = {dart for pair in rings if not (chains.is_long(pair[0]) and chains.is_long(pair[1])) for dart in pair}
+    pairs = {pair: of for pair, of in pairs.items() if not held.intersection(pair)}
     # A dart that goes straight across is in none of the pairs.
+    darts = sorted({dart for pair in pairs for dart in pair})
     if not 1 < len(darts) <= _MOST_DARTS:
         return False
-    now = tuple((a, b) for a, b in pairs if chains.partner[a] == b)
+    now = tuple(pair for pair in pairs if chains.partner[pair[0]] == pair[1])
     chains.pair(darts, ())
     reach = {dart: chains.reach(dart) for dart in darts}
 
@@ -130,7 +153,8 @@ def _pair_best(chains: _Chains, pairs: dict[tuple[int, int], tuple[int, float]])
             joints[a] = reach[a] + reach[b]
             del joints[b]
         short = sum(count + 1 < FEWEST_JOINTS for count in joints.values())
-        last = sum(pairs[pair][0] for pair in pairing)
+        opened = sum(pair in pairs and pair not in pairing for pair in rings)
+        last = sum(pairs[pair][0] == LAST_RESORT for pair in pairing) + _OPENED_RING * opened
         return short, last, -len(pairing), round(sum(pairs[pair][1] for pair in pairing), 6)
 
     best = min(_pairings(darts, pairs), key=cost)
@@ -139,7 +163,7 @@ def _pair_best(chains: _Chains, pairs: dict[tuple[int, int], tuple[int, float]])
     return is_better
 
 
-def _pairings(darts: list[int], pairs: dict[tuple[int, int], tuple[int, float]]) -> Iterator[_Pairing]:
+def _pairings(darts: list[int], pairs: _Pairs) -> Iterator[_Pairing]:
     """All sets of pairs without a common dart."""
     if not darts:
         yield ()

@@ -3,7 +3,8 @@ r"""Pairs of edges at a node that one rod follows.
 A *dart* is an edge with a direction: dart ``2 * e`` leaves the first node of edge ``e``, dart ``2 * e + 1`` its second.
 At each node the darts are paired so that rods bend least: two rods that cross at a node of four edges each go straight
 across; elsewhere the least bend goes first.  No rod turns by more than `MOST_TURN`.  A ring keeps to itself; where one
-turns by more and is broken, its ends may run on along links, but only for the sake of a rod that would be short::
+turns by more and is broken, or is opened as a hoop is, its ends may run on along links, but only for the sake of rods
+that would be short::
 
         ring \   / ring
               \ /
@@ -16,25 +17,29 @@ Complexity O(E log E).
 
 from __future__ import annotations
 
+from typing import Optional
+
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints
-from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
+from weavecore.geometry.matching import match_greedily, pairs_of_equals
 from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, Lattice
-from weavecore.model.rod_ends import lengthen_short_rods
+from weavecore.model.rod_ends import LAST_RESORT, RING, USUAL, lengthen_short_rods
 
 MOST_TURN = np.radians(44.0)
 """A rod that would turn more than this at one node ends there, rings too: two rods cross and run past.  The offsets
 over and under add up to a degree, and 45° is the most that the axis should turn."""
 
 
-def pair_darts(lattice: Lattice) -> Ints:
+def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None) -> Ints:
     """Find the dart on which a rod that arrives along another goes on.
 
     Parameters
     ----------
     lattice : Lattice
+    cuts : (k, 2) int64, optional
+        Pairs of darts of one node that no rod may follow.
 
     Returns
     -------
@@ -52,16 +57,22 @@ def pair_darts(lattice: Lattice) -> Ints:
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.
     allowed = (bend <= MOST_TURN) & (is_straight | ~on_border[tail[one]])
+    if cuts is not None:
+        n = len(tail)
+        allowed &= ~np.isin(
+            np.minimum(one, other) * n + np.maximum(one, other), cuts.min(axis=1) * n + cuts.max(axis=1)
+        )
     # A longitude may go on through a pocket, where nothing of its own kind goes on.
     alike = allowed & (is_ring[one] == is_ring[other])
     # Straight pairs come first, then pairs of one family, then the least bend.
     cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
     partner = match_greedily(one[alike], other[alike], cost[alike], len(tail))
-    # Pairs at crossings and along rings stay; edges that may go on to several others are exchanged.
-    is_free = np.where(is_ring, partner == ALONE, straight == NONE)
+    # Pairs at crossings stay, and along borders; edges that may go on to several others are exchanged.
+    is_free = np.where(is_ring, ~on_border[tail], straight == NONE)
     is_choice = allowed & is_free[one] & is_free[other]
     one, other, bend = one[is_choice], other[is_choice], bend[is_choice]
-    return lengthen_short_rods(partner, tail, one, other, bend, is_ring[one] != is_ring[other])
+    kind = np.array([USUAL, LAST_RESORT, RING])[is_ring[one].astype(np.int64) + is_ring[other]]
+    return lengthen_short_rods(partner, tail, one, other, bend, kind)
 
 
 def _darts_straight_on(lattice: Lattice) -> tuple[Ints, Bools]:

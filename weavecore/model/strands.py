@@ -22,7 +22,7 @@ class Strands:
         The first node of a closed strand is not repeated at its end.
     family : (S,) int64
         `LATITUDINAL`, `LONGITUDINAL` or `POCKET`.  Latitudinal strands have latitudinal edges only; a longitudinal
-        strand may continue along edges of a pocket, or of a latitude that is broken where it joins it.
+        strand may continue along edges of a pocket, or of a latitude that is broken there.
     closed : (S,) bool
     """
 

@@ -28,6 +28,9 @@ LEAST_OF_THICKEST = 0.5
 LEAST_RODS = 0.98
 """Share of the rods that must pass once they are broken; else a thinner diameter of the stock is tried."""
 
+MOST_SHORT = 0.01
+"""Share of the rods that breaks may make shorter than four joints; else a thinner diameter of the stock is tried."""
+
 _METRES = {"mm": 0.001, "in": 0.0254}
 """Metres in one unit of the table of stock diameters."""
 

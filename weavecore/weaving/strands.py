@@ -11,6 +11,7 @@ Strands that pass one node are gathered by it (`SharedNodes`): these nodes becom
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -18,6 +19,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, rows_of
 from weavecore.geometry.matching import ALONE
+from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.rod_pairing import pair_darts
 from weavecore.model.strands import Strands
@@ -25,12 +27,14 @@ from weavecore.model.strands import Strands
 _NONE = ALONE
 
 
-def find_strands(lattice: Lattice) -> Strands:
+def find_strands(lattice: Lattice, cuts: Optional[Ints] = None) -> Strands:
     """Chain the edges of each family into rods that bend least at the nodes.
 
     Parameters
     ----------
     lattice : Lattice
+    cuts : (k, 2) int64, optional
+        Pairs of darts of one node that no rod may follow.
 
     Returns
     -------
@@ -39,7 +43,7 @@ def find_strands(lattice: Lattice) -> Strands:
         these, the others by their least edge.  A closed strand begins with its least
         edge, an open one with the end that gives the lesser first dart.
     """
-    follower = _followers(lattice)
+    follower = _followers(lattice, cuts)
     n = len(follower)
     if n == 0:
         return Strands(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, bool))
@@ -64,6 +68,27 @@ def find_strands(lattice: Lattice) -> Strands:
     order = np.lexsort((least[chains], family))
     chains, family = chains[order], family[order]
     return _write(lattice, follower, before, chain, chains, family, start, is_open)
+
+
+def darts_at(lattice: Lattice, strands: Strands, visits: Bools) -> Ints:
+    """The pair of darts (k, 2) on which a rod arrives at each marked visit inside it, turned round, and goes on.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    strands : Strands
+    visits : (M,) bool
+    """
+    after = next_in_loop(strands.offsets)
+    before = np.empty_like(after)
+    before[after] = np.arange(len(after))
+    at = np.flatnonzero(visits)
+    here = strands.nodes[at]
+    pairs = []
+    for beside in (strands.nodes[before[at]], strands.nodes[after[at]]):
+        edge = edges_between(lattice.edges, here, beside)
+        pairs.append(2 * edge + (lattice.edges[edge, 1] == here))
+    return np.stack(pairs, axis=1)
 
 
 def _families(family: Ints, chain: Ints, count: int) -> Ints:
@@ -111,10 +136,10 @@ def _write(
     return Strands(offsets, nodes, family, closed)
 
 
-def _followers(lattice: Lattice) -> Ints:
+def _followers(lattice: Lattice, cuts: Optional[Ints]) -> Ints:
     """The dart that follows each dart, -1 where the rod ends."""
     # A dart arrives where its reverse leaves.
-    follower: Ints = pair_darts(lattice)[np.arange(2 * lattice.n_edges) ^ 1]
+    follower: Ints = pair_darts(lattice, cuts)[np.arange(2 * lattice.n_edges) ^ 1]
     return follower
 
 

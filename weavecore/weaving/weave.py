@@ -9,7 +9,7 @@ Linear in the visits but for sorting; each diameter that is tried costs one fit 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Callable, Optional, Union
 
@@ -30,8 +30,8 @@ from weavecore.weaving.clash_work import check_work
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
-from weavecore.weaving.stock import LEAST_RODS, choose_diameter, next_thinner, stock_diameters
-from weavecore.weaving.strands import find_strands
+from weavecore.weaving.stock import LEAST_RODS, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
+from weavecore.weaving.strands import darts_at, find_strands
 
 _SPACING_IN_RODS = 48.0
 """Spacing, or mean edge where that is shorter, over the diameter that the search for a diameter starts from."""
@@ -150,7 +150,10 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
 
 @dataclass(frozen=True, eq=False)
 class _Bent:
-    """Rods in their places: diameters (3,) by family and (S,) by rod, the splines, and how sharply they are bent."""
+    """Rods in their places: diameters (3,) by family and (S,) by rod, the splines, and how sharply they are bent.
+
+    ``cuts`` (k, 2) are the darts between which rods are broken.
+    """
 
     strands: Strands
     lean: Ints
@@ -159,6 +162,12 @@ class _Bent:
     diameters: Floats
     fit: Fit
     sharpest: Sharpest
+    cuts: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+
+    @property
+    def n_short(self) -> int:
+        """Count of rods with fewer than `FEWEST_JOINTS` joints."""
+        return int(np.count_nonzero(np.bincount(self.order.joints.strand, minlength=len(self.strands)) < FEWEST_JOINTS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,16 +238,24 @@ class _Woven:
             if thinner is None and (whole.sharpest.largest < diameter).mean() > _MOST_SHARP:
                 return whole
             if thinner is None or (bent.sharpest.utilisation <= 1.0).mean() >= LEAST_RODS:
-                return self.break_rods(bent, _FEWEST_OF_ALL)
+                broken = self.break_rods(bent, _FEWEST_OF_ALL)
+                if thinner is None or broken.n_short - whole.n_short <= MOST_SHORT * len(broken.strands):
+                    return broken
             diameter = thinner
 
     def break_rods(self, bent: _Bent, fewest: int) -> _Bent:
-        """Break rods where they are bent too sharply, as far as no piece gets fewer joints."""
-        for _ in range(_MOST_BREAK_ROUNDS):
-            breaks = find_breaks(bent.strands, bent.sharpest.largest, bent.diameters, fewest=fewest)
-            if not breaks.any():
-                break
-            bent = self.bend(break_strands(bent.strands, breaks), bent.by_family, like=bent)
+        """Break rods where they are bent too sharply, as far as no piece gets fewer joints.
+
+        First the rods are found anew without the sharp turns, so that others may take over the ways of the pieces.
+        """
+        for found_anew in (True, False):
+            for _ in range(_MOST_BREAK_ROUNDS):
+                breaks = find_breaks(bent.strands, bent.sharpest.largest, bent.diameters, fewest=fewest)
+                if not breaks.any():
+                    return bent
+                cuts = np.concatenate([bent.cuts, darts_at(self.lattice, bent.strands, breaks)])
+                strands = find_strands(self.lattice, cuts) if found_anew else break_strands(bent.strands, breaks)
+                bent = replace(self.bend(strands, bent.by_family, like=bent), cuts=cuts)
         return bent
 
     def make_room_for_tips(self, bent: _Bent) -> _Bent:
