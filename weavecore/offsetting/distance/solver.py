@@ -33,6 +33,7 @@ from weavecore.offsetting.distance.reflected_double import (
     unlink_across_free_borders,
 )
 from weavecore.offsetting.distance.relaxation import relax_sources
+from weavecore.polling import poll
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -108,6 +109,7 @@ def measure_distance(surface: SurfaceMesh, *, most_steps: int = MOST_STEPS, prog
 
 def _check_width(surface: SurfaceMesh) -> None:
     """Refuse a surface that is so wide in median edge lengths that the strides alone would take minutes."""
+    poll()
     edge = float(np.median(surface.edge_lengths))
     width = float(np.ptp(surface.vertices, axis=0).max())
     if width > MOST_STRIDES * STRIDE * edge:
@@ -137,6 +139,7 @@ def _too_many_steps(surface: SurfaceMesh) -> TooMuchWork:
 
 def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
     """Frames of the mesh, or of its reflected double if it has free borders, in median edge lengths about 0."""
+    poll()
     centred = surface.vertices - surface.vertices.mean(axis=0)
     scale = float(np.median(surface.edge_lengths)) or 1.0
     if surface.is_free_border.any():
