@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Callable, Optional
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -77,6 +78,10 @@ class DistanceField:
         object.__setattr__(self, "gradient", frozen(self.gradient, np.float64, (n, 3)))
 
 
+_MEASURED: WeakKeyDictionary[SurfaceMesh, tuple[int, DistanceField]] = WeakKeyDictionary()
+"""Fields that a suggested spacing was found with, and the limit of their steps: the offset that follows takes them."""
+
+
 def measure_distance(surface: SurfaceMesh, *, most_steps: int = MOST_STEPS, progress: Progress = None) -> DistanceField:
     """Measure the distance from the origins along the surface.
 
@@ -99,12 +104,18 @@ def measure_distance(surface: SurfaceMesh, *, most_steps: int = MOST_STEPS, prog
     TooMuchWork
         If the surface is too wide for its median edge, or its faces are such needles that rays take too many steps.
     """
+    known = _MEASURED.get(surface)
+    if known is not None and known[0] <= most_steps:
+        return known[1]
     _check_width(surface)
     frames, scale = _frames_of(surface)
     tentative = _propagate(frames, surface, most_steps, progress)
     gradient = relax_sources(frames, tentative)
     n = surface.n_vertices
-    return DistanceField(tentative.distance[:n] * scale, gradient[:n])
+    field = DistanceField(tentative.distance[:n] * scale, gradient[:n])
+    if most_steps < MOST_STEPS:
+        _MEASURED[surface] = most_steps, field
+    return field
 
 
 def _check_width(surface: SurfaceMesh) -> None:
