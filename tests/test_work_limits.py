@@ -19,6 +19,7 @@ from weavecore.geometry.refine import refine_faces
 from weavecore.linking.link import MOST_NODES
 from weavecore.model import SurfaceMesh
 from weavecore.simulating import work as simulating_work
+from weavecore.viewing.page import work as page_work
 from woven_tube import tube_lattice
 
 QUICK = 15.0
@@ -111,6 +112,16 @@ def test_rods_that_take_too_many_points_or_pieces_of_stock_are_not_fabricated(tm
         pipeline.fabricate(thin, tmp_path / "thin")
     with pytest.raises(TooMuchWork, match="pieces of stock of 1 mm"):
         pipeline.fabricate(woven, tmp_path / "short", workshop=pipeline.Workshop(stock=1.0))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_pages_that_a_browser_cannot_hold_are_not_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    woven = pipeline.weave(tube_lattice())
+    for name, why in (("MOST_SAMPLES", "would be drawn through about"), ("MOST_FACES", "would hold a surface of")):
+        with monkeypatch.context() as patch:
+            patch.setattr(page_work, name, 10)
+            with pytest.raises(TooMuchWork, match=why):
+                pipeline.export(woven, tmp_path / "woven.html")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Callable, Optional, Union
+from typing import TYPE_CHECKING, Any, Callable, Optional, Union
 
 import numpy as np
 
@@ -56,16 +56,6 @@ from weavecore.reading import (
 from weavecore.reading.formats.result_json import read_weave_or_equilibrium
 from weavecore.reading.pieces import fill_specks
 from weavecore.reading.thickness import note_thickness
-from weavecore.structural_analysis import (
-    check_equilibrium_folder,
-    compensate,
-    replay,
-    simulate,
-    simulation_of,
-    write_equilibrium_tables,
-    write_handover,
-    write_replay,
-)
 from weavecore.units import check_length, millimetres_in
 from weavecore.validating import validate
 from weavecore.viewing.page.html_page import encode_page
@@ -82,6 +72,17 @@ from weavecore.weaving.overhangs import with_overhangs
 from weavecore.weaving.sequence import find_sequence
 from weavecore.weaving.strands import find_strands
 from weavecore.weaving.weave import weave_lattice
+
+if TYPE_CHECKING:
+    from weavecore.structural_analysis import (
+        check_equilibrium_folder,
+        compensate,
+        replay,
+        simulate,
+        write_equilibrium_tables,
+        write_handover,
+        write_replay,
+    )
 
 __all__ = [
     "Workshop",
@@ -114,12 +115,32 @@ __all__ = [
     "write_replay",
 ]
 
+_STRUCTURAL = (
+    "check_equilibrium_folder",
+    "compensate",
+    "replay",
+    "simulate",
+    "write_equilibrium_tables",
+    "write_handover",
+    "write_replay",
+)
+
 Progress = Callable[[float, str], None]
 """Called with what is done, from 0 to 1, and a label; raising in it cancels the work."""
 
 METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels, "fronts": offset_fronts}
 PICTURE, PAGE = ".png", ".html"
 WOVEN = "woven.3dm"
+
+
+def __getattr__(name: str) -> Any:
+    """Import the structural stage when it is asked for: most commands do without it and what it needs of SciPy."""
+    if name not in _STRUCTURAL:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from weavecore import structural_analysis
+
+    value = globals()[name] = getattr(structural_analysis, name)
+    return value
 
 
 @pollable
@@ -478,6 +499,8 @@ def fabricate(
     else:
         value, content = read_weave_or_equilibrium(result)
     weave = value.weave if isinstance(value, Equilibrium) else value
+    from weavecore.structural_analysis import simulation_of
+
     at_rest = simulation_of(weave, value if simulation is None else simulation)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
     check_fabrication(weave, scale=scale, stock=shop.stock)

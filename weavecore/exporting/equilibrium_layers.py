@@ -20,7 +20,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from weavecore.exporting.rhino_builder import RhinoFileBuilder
 from weavecore.geometry.arrays import Floats
@@ -63,6 +62,8 @@ def add_equilibrium(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> None
 
 
 def _add_rods(builder: RhinoFileBuilder, equilibrium: Equilibrium) -> None:
+    from scipy.interpolate import make_interp_spline
+
     weave, offsets = equilibrium.weave, equilibrium.offsets
     utilisation = equilibrium.greatest_of_rods(equilibrium.utilisation)
     figures = {

@@ -16,7 +16,7 @@ import numpy as np
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.geometry.splines import DEGREE
 from weavecore.model import FAMILIES, Equilibrium, Latitudes, Lattice, Note, Strands, SurfaceMesh, Weave
-from weavecore.polling import each
+from weavecore.polling import each, poll
 from weavecore.texts import printable
 
 FORMAT, VERSION = "weavecore", 1
@@ -99,6 +99,7 @@ def _without_hidden(value: Any) -> Any:
 
 
 def _note(note: Note) -> dict[str, Any]:
+    poll()
     return {
         "code": note.code,
         "text": note.text,
@@ -109,6 +110,7 @@ def _note(note: Note) -> dict[str, Any]:
 
 
 def _surface(surface: SurfaceMesh) -> dict[str, Any]:
+    poll()
     entry: dict[str, Any] = {
         "name": printable(surface.name),
         "vertices": surface.vertices.tolist(),
@@ -123,6 +125,7 @@ def _surface(surface: SurfaceMesh) -> dict[str, Any]:
 
 
 def _latitudes(latitudes: Latitudes) -> dict[str, Any]:
+    poll()
     return {
         "points": latitudes.polylines.points.tolist(),
         "offsets": latitudes.polylines.offsets.tolist(),
@@ -145,6 +148,7 @@ def _latitudes(latitudes: Latitudes) -> dict[str, Any]:
 
 
 def _lattice(lattice: Lattice) -> dict[str, Any]:
+    poll()
     corners, starts = lattice.face_nodes.tolist(), lattice.face_offsets.tolist()
     return {
         "nodes": lattice.nodes.tolist(),
@@ -158,6 +162,7 @@ def _lattice(lattice: Lattice) -> dict[str, Any]:
 
 
 def _strands(strands: Strands, lattice: Lattice) -> list[dict[str, Any]]:
+    poll()
     rows = zip(strands.family.tolist(), strands.closed.tolist(), strand_lengths(strands, lattice).tolist())
     return [
         {"id": s, "family": FAMILIES[family], "nodes": strands.strand(s).tolist(), "closed": closed, "length": length}

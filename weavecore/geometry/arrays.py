@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
+from weavecore.polling import poll
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -130,6 +132,7 @@ def offsets_of(counts: ArrayLike) -> Ints:
     -------
     (P+1,) int64
     """
+    poll()
     return np.concatenate([[0], np.cumsum(np.asarray(counts, np.int64))]).astype(np.int64)
 
 
@@ -144,6 +147,7 @@ def rows_of(offsets: Ints) -> Ints:
     -------
     (N,) int64
     """
+    poll()
     return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
 
 
@@ -244,6 +248,7 @@ def next_in_loop(offsets: Ints) -> Ints:
     (N,) int64
         A permutation.
     """
+    poll()
     after = np.arange(1, offsets[-1] + 1)
     filled = np.diff(offsets) > 0
     after[offsets[1:][filled] - 1] = offsets[:-1][filled]
@@ -353,6 +358,7 @@ def connected(a: Ints, b: Ints, n: int) -> tuple[int, Ints]:
     label : (n,) int64
         Component of each node; components are numbered by their least node.
     """
+    poll()
     links = coo_matrix((np.ones(len(a), bool), (a, b)), shape=(n, n))
     count, label = connected_components(links, directed=False)
     return int(count), label.astype(np.int64)

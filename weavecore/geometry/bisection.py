@@ -18,6 +18,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, find_twins
+from weavecore.polling import poll
 
 _MAX_ROUNDS = 40  # each halves the longest edges: a ratio of 2⁴⁰ between lengths
 
@@ -61,6 +62,7 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
 
 def _side_lengths(points: Floats, triangles: Ints) -> Floats:
     """(T, 3) length of each side."""
+    poll()
     square = np.zeros(triangles.shape)
     for column in np.ascontiguousarray(points.T):
         corner = column[triangles]
@@ -80,6 +82,7 @@ def _longest_border(points: Floats, triangles: Ints, flag: Bools) -> float:
 
 def _keys(triangles: Ints) -> Ints:
     """(T, 3) a number for the edge of each side: equal for the two sides of an edge."""
+    poll()
     head = triangles[:, [1, 2, 0]]
     n = np.int64(triangles.max(initial=0) + 1)
     keys: Ints = np.minimum(triangles, head) * n + np.maximum(triangles, head)
@@ -100,6 +103,7 @@ def unique_edges(triangles: Ints) -> tuple[Ints, Ints]:
     of_side : (T, 3) int64
         Edge of each side of each triangle.
     """
+    poll()
     key, of_side = np.unique(_keys(triangles), return_inverse=True)
     n = np.int64(triangles.max(initial=0) + 1)
     return np.c_[key // n, key % n], of_side.reshape(-1, 3)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, cross, dots
-from weavecore.polling import each
+from weavecore.polling import each, poll
 
 _POINTS_AT_ONCE = 4096  # bounds the memory of the candidates
 _TINY = np.finfo(float).tiny
@@ -37,11 +37,13 @@ class FaceFinder:
         self._corners = vertices[faces]
         middle = self._corners.mean(1)
         radius = np.sqrt(np.max([dots(arm, arm) for arm in (self._corners[:, k] - middle for k in range(3))], axis=0))
+        poll()
         size = np.frexp(radius)[1]
         classes = [np.flatnonzero(size == s) for s in np.unique(size)]
 
         def tree_of(places: Floats) -> Any:
             # Trees that are not balanced are built twice as fast, and searched as fast among points that lie evenly.
+            poll()
             return cKDTree(places, balanced_tree=False, compact_nodes=False)
 
         self._trees = [(ids, tree_of(middle[ids]), float(radius[ids].max())) for ids in each(classes)]
@@ -122,6 +124,7 @@ def nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
     -------
     (n, 3) float64
     """
+    poll()
     a, b, c = (corners[:, k] for k in range(3))
     normal = cross(b - a, c - a)
     square = dots(normal, normal)
@@ -157,6 +160,7 @@ def segment_distances(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Float
     middle : (n, 3) float64
         Midway between the nearest points.
     """
+    poll()
     # Coordinates in rows of their own: several times as fast as short rows.
     p, q = np.ascontiguousarray(a.T), np.ascontiguousarray(c.T)
     u, v, w = b.T - p, d.T - q, p - q

@@ -23,6 +23,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, connected, next_in_loop, offsets_of, ranks_in_rows
 from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.polling import poll
 
 NONE = -1
 
@@ -187,6 +188,7 @@ def cut_along(faces: Ints, twins: Ints, marks: Marks) -> CellComplex:
 
 def _followers(perimeters: _Perimeters, marks: Marks, segments: Ints) -> Ints:
     """The part that follows each part around its cell: parts of edges, then segments forth, then back."""
+    poll()
     n, s = len(perimeters), len(segments)
     forth = np.full(len(marks.vertex), NONE, np.int64)
     forth[segments] = n + np.arange(s)
@@ -212,6 +214,7 @@ def _followers(perimeters: _Perimeters, marks: Marks, segments: Ints) -> Ints:
 
 def _join_pieces(faces: Ints, twins: Ints, perimeters: _Perimeters, cell: Ints, n_cells: int) -> Ints:
     """The piece of every face and, after them, of every cell."""
+    poll()
     is_cut = np.zeros(len(faces), bool)
     is_cut[perimeters.faces] = True
     h = np.arange(3 * len(faces))

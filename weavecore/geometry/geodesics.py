@@ -24,6 +24,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
+from weavecore.polling import poll
 
 _INSIDE_EDGE = 1e-9  # lines cross an edge no nearer to its ends than this part of it
 _MAX_FACES_NEARBY = 200  # crossed by a walk of an edge or two: more only where faces are needles
@@ -66,6 +67,7 @@ class Unfolding:
         edge = vertices[self.head] - vertices[self.tail]
         self.length = np.maximum(np.sqrt(np.einsum("ij,ij->i", edge, edge)), np.finfo(float).tiny)
         self._lay_flat(edge)
+        poll()
         self.angle = np.arctan2(self.apex_y, self.apex_x)
         self.total_angle = np.bincount(self.tail, self.angle, n)
         self.on_boundary = np.zeros(n, bool)
@@ -80,6 +82,7 @@ class Unfolding:
         self.mean_length = total / np.maximum(count, 1)
 
     def _lay_flat(self, edge: Floats) -> None:
+        poll()
         by_face = self.length.reshape(-1, 3)
         after, before = by_face[:, [1, 2, 0]].ravel(), by_face[:, [2, 0, 1]].ravel()
         cross = np.cross(edge[0::3], edge[1::3])

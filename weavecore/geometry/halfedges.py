@@ -17,6 +17,7 @@ import numpy as np
 
 from weavecore.errors import NonManifold
 from weavecore.geometry.arrays import Bools, Ints, connected
+from weavecore.polling import poll
 
 NO_TWIN = -1
 
@@ -32,6 +33,7 @@ def halfedge_ends(faces: Ints) -> tuple[Ints, Ints]:
     -------
     tail, head : (3F,) int64
     """
+    poll()
     return faces.ravel(), faces[:, [1, 2, 0]].ravel()
 
 

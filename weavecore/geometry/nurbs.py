@@ -24,7 +24,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, NdBSpline
 
 from weavecore.geometry.arrays import Floats
 
@@ -60,6 +59,8 @@ class NurbsCurve:
     @cached_property
     def spline(self) -> Any:
         """The homogeneous B-spline, a `scipy.interpolate.BSpline`."""
+        from scipy.interpolate import BSpline  # Half of SciPy comes with it, and few files hold NURBS.
+
         return BSpline(self.knots, self.points, self.degree)
 
 
@@ -87,6 +88,8 @@ class NurbsSurface:
     @cached_property
     def spline(self) -> Any:
         """The homogeneous tensor-product spline, a `scipy.interpolate.NdBSpline`."""
+        from scipy.interpolate import NdBSpline
+
         return NdBSpline(self.knots, self.points, self.degrees)
 
 

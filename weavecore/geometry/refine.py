@@ -23,6 +23,7 @@ import numpy as np
 from weavecore.errors import TooFarFromOrigin, TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, next_halfedge, previous_halfedge
+from weavecore.polling import poll
 
 MAX_FACES = 2_500_000
 """More faces than this are refused: an offset takes about 700 bytes a face, so these take 1.8 GB."""
@@ -161,6 +162,7 @@ class _Bisection:
 
     def _squares(self, face: Ints) -> Floats:
         """(n, 3) squared lengths of the edges of faces, in units of the longest that is allowed."""
+        poll()
         corners = self.vertices[self.faces[face]]
         along = (corners[:, [1, 2, 0]] - corners) / self.longest
         squares: Floats = along[..., 0] ** 2 + along[..., 1] ** 2 + along[..., 2] ** 2
@@ -173,6 +175,7 @@ class _Bisection:
 
     def split(self, queue: Ints) -> Ints:
         """Cut an independent set of the longest edges of the queued faces; give the next queue."""
+        poll()
         chosen = self._choose(queue)
         n_faces, n_chosen = len(self.faces), len(chosen)
         middle = self._new_middles(chosen)
@@ -188,6 +191,7 @@ class _Bisection:
         First is the longest, in classes of a fifth; within a class the order is scrambled, by the
         length: a fan of ever longer edges would else be cut one edge a round.
         """
+        poll()
         square = self._squares(queue)
         mantissa, exponent = np.frexp(square)
         size_class = 2 * exponent.astype(np.int64) + (mantissa >= np.sqrt(0.5))
@@ -207,6 +211,7 @@ class _Bisection:
 
     def _new_middles(self, chosen: Ints) -> Ints:
         """Add a vertex for each chosen edge; give it for each chosen halfedge."""
+        poll()
         twin = self.twins[chosen]
         leads = (twin == NO_TWIN) | (chosen < twin)
         new = len(self.vertices) + np.arange(int(leads.sum()))
@@ -242,6 +247,7 @@ class _Bisection:
 
     def _cut(self, h: Ints, middle: Ints) -> None:
         """Cut the faces of halfedges ``h`` (a, b) from their middles to their apexes c: (a, m, c), (m, b, c)."""
+        poll()
         n_faces = len(self.faces)
         a, b, c = self._corners(h)
         face, added = h // 3, n_faces + np.arange(len(h))

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranks_in_rows, rows_of
+from weavecore.polling import poll
 
 DEGREE = 3
 _GAUSS = np.polynomial.legendre.leggauss(4)  # exact for polynomials of degree 7
@@ -131,6 +132,7 @@ def fit_derivatives(values: Floats, offsets: Ints, closed: Bools, chord: Floats)
     -------
     (N, k) float64
     """
+    poll()
     n = len(values)
     if n == 0:
         return np.zeros_like(values)
@@ -258,6 +260,7 @@ def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t:
     -------
     points, derivatives : (n, 3) float64
     """
+    poll()
     t, width = t[:, None], width[:, None]
     s = 1.0 - t
     place = s * s * (1 + 2 * t) * p + t * t * (3 - 2 * t) * q + width * t * s * (s * dp - t * dq)

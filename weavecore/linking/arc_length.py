@@ -10,6 +10,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model.polylines import Polylines
+from weavecore.polling import poll
 
 
 def points_at(polylines: Polylines, polyline: Ints, station: Floats) -> Floats:
@@ -47,6 +48,7 @@ def interpolated_at(polylines: Polylines, values: Floats, polyline: Ints, statio
     -------
     (n, k) float64
     """
+    poll()
     start = segments_at(polylines, polyline, station)
     length = polylines.segment_lengths[start]
     along = station - polylines.stations[start]

@@ -28,6 +28,7 @@ from scipy.sparse.csgraph import connected_components
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.matching import ALONE, match_best
 from weavecore.linking.ring_to_parent import Strip
+from weavecore.polling import poll
 
 NO_CORNER = -1
 """The fourth corner of a triangle."""
@@ -63,6 +64,7 @@ class BandFaces:
 
     def sides(self) -> tuple[Ints, Ints, Ints]:
         """Tail and head node of every side of every face, and its face."""
+        poll()
         after = np.roll(self.corners, -1, axis=1)
         is_triangle = self.corners[:, 3] == NO_CORNER
         after[is_triangle, 2] = self.corners[is_triangle, 0]

@@ -41,6 +41,7 @@ from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.linking.normal_equations import Term
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_pairing import pair_darts
+from weavecore.polling import each, poll
 
 BROKEN_TURN = np.radians(60.0)
 """A rod that turns more than this at a joint is taken for two that end there: no stock rod follows such a turn."""
@@ -228,6 +229,7 @@ def chords_of(edges: Ints, nodes: Floats) -> Chords:
     -------
     Chords
     """
+    poll()
     a, b = edges.T
     vector = nodes[b] - nodes[a]
     length = np.maximum(np.sqrt(dots(vector, vector)), np.finfo(float).tiny)
@@ -236,6 +238,7 @@ def chords_of(edges: Ints, nodes: Floats) -> Chords:
 
 def _gathered(nodes: Ints, vectors: Floats, n_nodes: int) -> Floats:
     """Sums (N, 3) of vectors (…, 3) by their nodes."""
+    poll()
     flat = vectors.reshape(-1, 3)
     sums: Floats = np.stack([np.bincount(nodes.ravel(), flat[:, k], n_nodes) for k in range(3)], axis=1)
     return sums
@@ -431,7 +434,7 @@ class _Bends:
         spline, weave = self._by_ends()
         found, rows = np.zeros((*stencils.nodes.shape, 3, 3)), np.zeros((*stencils.nodes.shape, 3))
         share, weave_share = self._shares(stencils, 1.0), self._shares(stencils, -1.0)
-        for k in range(2 * REACH + 1):
+        for k in each(range(2 * REACH + 1)):
             at, turned = stencils.joints[:, k], stencils.is_turned[:, k].astype(np.int64)
             near, far = (share[:, k, None, None] * spline[at, side] for side in (turned, 1 - turned))
             _add_second_difference(found, k, near, far)
@@ -568,6 +571,7 @@ def corner_angles(corners: FaceCorners, nodes: Floats, normals: Floats) -> Float
     (C,) float64
         From -π/2 to 3π/2, for a face of many sides may have a corner that points inwards.
     """
+    poll()
     u, v = nodes[corners.after] - nodes[corners.node], nodes[corners.before] - nodes[corners.node]
     angles = np.arctan2(dots(cross(u, v), normals[corners.node]), dots(u, v))
     wrapped: Floats = np.where(angles < -np.pi / 2, angles + 2 * np.pi, angles)

@@ -112,7 +112,9 @@ class NormalEquations:
         self._stencils, self._counts = stencils, n_unknowns
         self.first = offsets_of(n_unknowns)
         keys = [(nodes[:, :, None] * n + nodes[:, None, :]).ravel() for nodes in stencils]
+        poll()
         pairs, place = np.unique(np.concatenate(keys), return_inverse=True)
+        poll()
         row, column = np.divmod(pairs, n)
         widths = n_unknowns[column]
         before = offsets_of(widths)
@@ -143,7 +145,7 @@ class NormalEquations:
         place = place.reshape(len(nodes), k, k)
         is_wide = (self._counts[nodes] > 1).any(axis=1)
         groups = []
-        for ways, members in ((1, np.flatnonzero(~is_wide)), (2, np.flatnonzero(is_wide))):
+        for ways, members in each(((1, np.flatnonzero(~is_wide)), (2, np.flatnonzero(is_wide)))):
             of_rows = slots[place[members], :ways, :ways]
             # (rows, nodes, nodes, ways, ways) to (rows, unknowns, unknowns)
             square = of_rows.transpose(0, 1, 3, 2, 4).reshape(len(members), ways * k, ways * k)

@@ -253,6 +253,7 @@ class EdgeGraph:
         ----------
         sources : (k,) int64
         """
+        poll()
         distance, _, source = dijkstra(
             self.matrix, directed=False, indices=sources, min_only=True, return_predecessors=True
         )
@@ -391,6 +392,7 @@ class VoronoiRegions:
         -------
         (k, 4) float64
         """
+        poll()
         apart = 4.0 * float(np.linalg.norm(np.ptp(self.mesh.points, axis=0)))
         spots: Floats = np.c_[self.mesh.points[points], apart * self.mesh.band[points]]
         return spots

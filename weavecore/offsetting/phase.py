@@ -22,6 +22,7 @@ from weavecore.geometry.arrays import Floats
 from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.model import Note, SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
+from weavecore.polling import poll
 
 _HEAD_ON = -0.5
 """Cosine of the directions of two fronts below which they meet head-on.  Where they meet at a sharper angle the depth
@@ -96,16 +97,19 @@ def find_meetings(surface: SurfaceMesh, field: DistanceField) -> Meetings:
     -------
     Meetings
     """
+    poll()
     h = np.flatnonzero(surface.twins > np.arange(len(surface.twins)))
     tail, head = halfedge_ends(surface.faces)
     a, b = tail[h], head[h]
     along = surface.vertices[b] - surface.vertices[a]
+    poll()
     rise = np.einsum("ij,ij->i", field.gradient[a], along)
     fall = -np.einsum("ij,ij->i", field.gradient[b], along)
     facing = np.einsum("ij,ij->i", field.gradient[a], field.gradient[b])
     meets = (rise > 0) & (fall > 0) & (facing < _HEAD_ON)
     h, a, b, rise, fall, along = (part[meets] for part in (h, a, b, rise, fall, along))
     depth = field.distance[a] + rise * (field.distance[b] + fall - field.distance[a]) / (rise + fall)
+    poll()
     # An edge has a third of the two faces beside it: a strip of this area about the edge, which the line crosses.
     p = surface.vertices[surface.faces]
     areas = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1) / 2

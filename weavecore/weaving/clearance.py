@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, ranks_in_rows, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, dots, ranks_in_rows, rows_of
 from weavecore.geometry.closest import segment_distances
 from weavecore.geometry.splines import SplineRows, cubic_points, pieces_of, span_ends
 from weavecore.model.joints import Clashes, Joints
@@ -37,6 +37,9 @@ REACH = 5.0
 
 _PIECES = 6
 """Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
+
+_PAIRS_AT_ONCE = 32_768
+"""Pairs of runs that are compared between two polls."""
 
 _CONTACTS_AT_ONCE = 4096
 """Contacts whose gaps are measured between two polls; their arrays fit into a processor's cache."""
@@ -154,12 +157,21 @@ class _Cubics:
 
 def _near_pairs(cubics: _Cubics, chunks: _Chunks, pairs: Ints) -> Ints:
     """The pairs of runs that may have pieces nearer than rods may be, neighbours on one rod left out."""
+    parts = each(pairs[begin : begin + _PAIRS_AT_ONCE] for begin in range(0, len(pairs), _PAIRS_AT_ONCE))
+    return np.concatenate([_near_pairs_of(cubics, chunks, part) for part in parts] or [pairs])
+
+
+def _near_pairs_of(cubics: _Cubics, chunks: _Chunks, pairs: Ints) -> Ints:
     one, other = pairs.T
-    distance, _ = segment_distances(chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other])
     is_single = (chunks.last - chunks.first == 1)[pairs]
     slack = np.where(is_single, 0.0, chunks.deviation[pairs]).sum(1)
-    least = (1.0 - CLASH) * cubics.diameter[chunks.cubic[pairs]].mean(1)
-    pairs = pairs[distance < least + slack]
+    least = (1.0 - CLASH) * cubics.diameter[chunks.cubic[pairs]].mean(1) + slack
+    a, b, c, d = chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other]
+    # Whose middles are further apart than half of both lengths and the bound need not be measured.
+    gap, u, v = (a + b - c - d) / 2.0, b - a, d - c
+    may_be = np.flatnonzero(np.sqrt(dots(gap, gap)) <= (np.sqrt(dots(u, u)) + np.sqrt(dots(v, v))) / 2.0 + least)
+    distance, _ = segment_distances(a[may_be], b[may_be], c[may_be], d[may_be])
+    pairs = pairs[may_be[distance < least[may_be]]]
     return pairs[~cubics.is_own(chunks, pairs)]
 
 

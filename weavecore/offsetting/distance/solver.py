@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Callable, Optional
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -33,6 +34,7 @@ from weavecore.offsetting.distance.reflected_double import (
     unlink_across_free_borders,
 )
 from weavecore.offsetting.distance.relaxation import relax_sources
+from weavecore.polling import poll
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -76,6 +78,10 @@ class DistanceField:
         object.__setattr__(self, "gradient", frozen(self.gradient, np.float64, (n, 3)))
 
 
+_MEASURED: WeakKeyDictionary[SurfaceMesh, tuple[int, DistanceField]] = WeakKeyDictionary()
+"""Fields that a suggested spacing was found with, and the limit of their steps: the offset that follows takes them."""
+
+
 def measure_distance(surface: SurfaceMesh, *, most_steps: int = MOST_STEPS, progress: Progress = None) -> DistanceField:
     """Measure the distance from the origins along the surface.
 
@@ -98,16 +104,23 @@ def measure_distance(surface: SurfaceMesh, *, most_steps: int = MOST_STEPS, prog
     TooMuchWork
         If the surface is too wide for its median edge, or its faces are such needles that rays take too many steps.
     """
+    known = _MEASURED.get(surface)
+    if known is not None and known[0] <= most_steps:
+        return known[1]
     _check_width(surface)
     frames, scale = _frames_of(surface)
     tentative = _propagate(frames, surface, most_steps, progress)
     gradient = relax_sources(frames, tentative)
     n = surface.n_vertices
-    return DistanceField(tentative.distance[:n] * scale, gradient[:n])
+    field = DistanceField(tentative.distance[:n] * scale, gradient[:n])
+    if most_steps < MOST_STEPS:
+        _MEASURED[surface] = most_steps, field
+    return field
 
 
 def _check_width(surface: SurfaceMesh) -> None:
     """Refuse a surface that is so wide in median edge lengths that the strides alone would take minutes."""
+    poll()
     edge = float(np.median(surface.edge_lengths))
     width = float(np.ptp(surface.vertices, axis=0).max())
     if width > MOST_STRIDES * STRIDE * edge:
@@ -137,6 +150,7 @@ def _too_many_steps(surface: SurfaceMesh) -> TooMuchWork:
 
 def _frames_of(surface: SurfaceMesh) -> tuple[Unfolding, float]:
     """Frames of the mesh, or of its reflected double if it has free borders, in median edge lengths about 0."""
+    poll()
     centred = surface.vertices - surface.vertices.mean(axis=0)
     scale = float(np.median(surface.edge_lengths)) or 1.0
     if surface.is_free_border.any():

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NoReturn, Union
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from weavecore.errors import TooMuchWork, Unreadable, Unsupported, WeaveError
 from weavecore.files import PathLike
@@ -398,6 +397,8 @@ def _joints(document: ResultPart, strands: Strands, places: dict[str, int], n_no
 
 def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floats) -> RodAxes:
     """The axes; what stands in the file once is not there twice: points and derivatives follow from the rest."""
+    from scipy.interpolate import BSpline
+
     counts = np.diff(strands.offsets).tolist()
     overhangs = _overhangs(rows, strands)
     knots, controls = _bsplines(rows, counts, strands, overhangs)

@@ -12,6 +12,7 @@ from typing import Optional
 from weavecore.model import BuildSequence, Strands
 from weavecore.viewing.page.offline_page import as_script_data, content_policy, fill_template
 from weavecore.viewing.page.page_content import page_content
+from weavecore.viewing.page.work import check_work
 from weavecore.viewing.scene import Pictured
 
 _LIBRARY = "three.js"
@@ -48,7 +49,13 @@ def encode_page(
     -------
     bytes
         UTF-8; the same value gives the same bytes.
+
+    Raises
+    ------
+    TooMuchWork
+        Where a page would be too large for a browser.
     """
+    check_work(value)
     content = page_content(value, strands=strands, sequence=sequence)
     library, style = _asset(_LIBRARY), _asset("page.css")
     own = "\n".join(_asset(name) for name in _PROGRAMS)

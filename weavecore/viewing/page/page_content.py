@@ -16,6 +16,7 @@ from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.polygon_mesh import fan_triangles
 from weavecore.model import BuildSequence, Equilibrium, Latitudes, Lattice, Strands, SurfaceMesh, Weave
 from weavecore.palette import latitude_colours, utilisation_colours
+from weavecore.polling import poll
 from weavecore.units import with_unit
 from weavecore.viewing.camera import choose_view
 from weavecore.viewing.page.page_curves import (
@@ -94,6 +95,7 @@ def page_content(
 
 def _pack(values: ArrayLike, kind: str) -> dict[str, str]:
     """An array as the page reads it; infinite values become the greatest finite one."""
+    poll()
     array = np.asarray(values)
     if kind == "Float32Array":
         array = np.nan_to_num(array, posinf=float(np.finfo(np.float32).max))

@@ -16,7 +16,7 @@ from weavecore.model.lattice import node_generations
 from weavecore.palette import FREE_BORDERS, LONGITUDES, POCKETS, WOVEN
 from weavecore.viewing.surface_paths import paths_of_surface
 
-_STEPS_PER_EDGE = 16
+STEPS_PER_EDGE = 16
 """Samples of an axis in one edge, of which those are kept where it turns."""
 
 _TURN = np.radians(5.0)
@@ -151,7 +151,7 @@ def curves_of_weave(weave: Weave) -> PageCurves:
     weave : Weave
     """
     lattice, axes = weave.lattice, weave.axes
-    samples = axes.samples(min(lattice.latitudes.spacing, lattice.edge_length) / _STEPS_PER_EDGE)
+    samples = axes.samples(min(lattice.latitudes.spacing, lattice.edge_length) / STEPS_PER_EDGE)
     depth = _depth_along(samples, axes.offsets, axes.closed, node_generations(lattice)[weave.strands.nodes])
     kept = _corners(samples)
     letters = [letter for letter in _LETTERS if any(name.startswith(letter) for name in weave.ids)]

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from weavecore.geometry.arrays import Floats, Ints, next_in_loop
 from weavecore.model import Equilibrium
@@ -66,6 +65,8 @@ def moves_of_samples(equilibrium: Equilibrium, curves: PageCurves) -> tuple[Floa
 
 
 def _along(known: Floats, values: Floats, wanted: Floats, *, is_closed: bool) -> Floats:
+    from scipy.interpolate import CubicSpline
+
     spline = CubicSpline(known, values, bc_type="periodic" if is_closed else "natural")
     inside = np.clip(wanted, known[0], known[-1])
     straight: Floats = spline(inside) + (wanted - inside)[:, None] * spline(inside, 1)
