@@ -68,6 +68,14 @@ def compare(clean, spoiled, notes, wanted):
     return wrong
 
 
+def is_thick(name, vertices, spoiled_vertices, spacing):
+    """Whether a thickened surface is no thinner than the spacing: there is nothing to doubt."""
+    if name != "thickened":
+        return False
+    across = spoiled_vertices[len(vertices) :] - spoiled_vertices[: len(vertices)]
+    return bool(np.linalg.norm(across, axis=1).min() > spacing)
+
+
 def run_case(base, name, seed):
     """The outcome of a case in a word, and what there is to tell."""
     rng = np.random.default_rng([seed, *base.encode(), *name.encode()])
@@ -82,6 +90,8 @@ def run_case(base, name, seed):
         suggested = pipeline.suggest_spacing(surface)
         spacing = suggested if mess.doubts else pipeline.suggest_spacing(clean)
         latitudes = pipeline.offset(surface, spacing=spacing)
+        if is_thick(name, vertices, spoiled_vertices, spacing):
+            return "thicker than the spacing", []
         silent = compare(clean, surface, latitudes.surface.notes, mess.doubts)
         lattice = pipeline.link(latitudes)
     except WeaveError as error:

@@ -14,7 +14,7 @@ from weavecore.errors import Doubtful
 from weavecore.exporting.registry import encode
 from weavecore.linking import link
 from weavecore.model import Lattice, Note, SurfaceMesh
-from weavecore.model.lattice_fit import edge_gaps, face_middles, inverted_faces, note_inverted_faces
+from weavecore.model.lattice_fit import edge_gaps, face_middles, inverted_faces, note_far_edges, note_inverted_faces
 from weavecore.validating import validate
 
 
@@ -120,3 +120,15 @@ def test_straight_sides_beside_a_side_of_many_corners_keep_their_edges(pitch: fl
     top = int((y > width - 1e-6).sum()) - 1
     assert abs(top - round(width / edge)) <= max(1, 0.2 * width / edge)
     assert validate(lattice).holds
+
+
+def test_edges_far_off_the_surface_are_noted_with_their_number_and_distance() -> None:
+    lattice = pipeline.link(pipeline.offset(sheet(lambda x, _y: 0 * x), spacing=12.0))
+    assert note_far_edges(lattice) is lattice
+    inner = np.flatnonzero(lattice.node_latitude > 0)[0]
+    nodes = lattice.nodes + np.where(np.arange(lattice.n_nodes) == inner, 16.0, 0.0)[:, None] * [0, 0, 1]
+    (note,) = notes_of(note_far_edges(replace(lattice, nodes=nodes)))
+    assert (note.code, note.is_doubt) == ("COARSE", True)
+    numbers = dict(note.numbers)
+    assert numbers["far_edges"] == (lattice.edges == inner).any(1).sum()
+    assert 0.7 * 16 < numbers["distance"] < 16

@@ -24,6 +24,10 @@ _PARTS = np.array([0.25, 0.5, 0.75])
 _INVERTED: WeakKeyDictionary[Lattice, Ints] = WeakKeyDictionary()
 """The inverted faces of lattices that were asked for them: linking asks several times."""
 
+_FAR = 0.6
+"""Of the spacing or the edge length: edges further from the surface are noted.  One over a crease of 90° leaves it by
+up to half its own length."""
+
 
 def edge_gaps(lattice: Lattice) -> Floats:
     """(E,) greatest distance of each edge from the surface, in the model's unit.
@@ -73,6 +77,39 @@ def inverted_faces(lattice: Lattice) -> Ints:
     return known
 
 
+def note_far_edges(lattice: Lattice) -> Lattice:
+    """Note the edges of a lattice that leave its surface by more than `_FAR`.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    Lattice
+        With a note COARSE on its surface where there are such edges; else the same.
+    """
+    latitudes = lattice.latitudes
+    reach = max(latitudes.spacing, lattice.edge_length)
+    gaps = edge_gaps(lattice)
+    far = np.flatnonzero(gaps > _FAR * reach)
+    if len(far) == 0:
+        return lattice
+    places = lattice.nodes[lattice.edges[far]].mean(1)
+    edges = "1 edge of the lattice lies" if len(far) == 1 else f"{len(far):,} edges of the lattice lie"
+    furthest = float(gaps.max())
+    text = f"{edges} up to {furthest:.3g} from the surface, the first near {at(places[0])}: a tube or a fold is hardly "
+    text += f"wider there than the spacing of {latitudes.spacing:.3g}. Use a smaller one."
+    numbers = {"far_edges": len(far), "edges": lattice.n_edges, "distance": furthest, "spacing": latitudes.spacing}
+    return _with_note(lattice, Note("COARSE", text, numbers, places))
+
+
+def _with_note(lattice: Lattice, note: Note) -> Lattice:
+    latitudes = lattice.latitudes
+    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, note))
+    return replace(lattice, latitudes=replace(latitudes, surface=surface))
+
+
 def note_inverted_faces(lattice: Lattice) -> Lattice:
     """Note the inverted faces of a lattice.
 
@@ -94,5 +131,4 @@ def note_inverted_faces(lattice: Lattice) -> Lattice:
     text = f"{faces} inverted, the first near {at(places[0])}: a fold or a tube is narrower there than the spacing of "
     text += f"{latitudes.spacing:.3g}. Use a smaller one."
     numbers = {"inverted_faces": len(inverted), "faces": lattice.n_faces, "spacing": latitudes.spacing}
-    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, Note("COARSE", text, numbers, places)))
-    return replace(lattice, latitudes=replace(latitudes, surface=surface))
+    return _with_note(lattice, Note("COARSE", text, numbers, places))

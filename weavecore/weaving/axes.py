@@ -21,6 +21,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.eigenvectors import least_eigenvectors
 from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
@@ -231,7 +232,7 @@ def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:
     form = np.zeros((len(outward), 3, 3))
     np.add.at(form, nodes, unit[:, :, None] * unit[:, None, :])
     form -= _TOWARDS_SURFACE * outward[:, :, None] * outward[:, None, :]
-    normal = np.linalg.eigh(form)[1][:, :, 0]
+    normal = least_eigenvectors(form)
     facing = np.where((normal * outward).sum(1, keepdims=True) < 0, -1.0, 1.0)
     unit_normals: Floats = normal * facing
     return unit_normals
