@@ -15,13 +15,13 @@ from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_whole
-from weavecore.model import Compensation, Equilibrium, Replay, Weave
+from weavecore.model import BuildSequence, Compensation, Equilibrium, Replay, Weave
 from weavecore.polling import pollable
 from weavecore.reading import read_result
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.compensate import compensate_weave
 from weavecore.simulating.hold import hold_until_within
-from weavecore.simulating.replay import MOST_STEPS, replay_sequence
+from weavecore.simulating.replay import MOST_STEPS, improve_sequence, replay_sequence
 from weavecore.simulating.simulate import SEGMENTS, simulate_weave
 from weavecore.simulating.work import check_work
 from weavecore.units import millimetres_in
@@ -170,6 +170,7 @@ def replay(
     supports: Supports = "borders",
     gravity: Union[bool, Sequence[float], None] = None,
     most_steps: int = MOST_STEPS,
+    improve: bool = False,
     unit: Optional[str] = None,
     progress: Optional[Progress] = None,
 ) -> Replay:
@@ -182,6 +183,9 @@ def replay(
         As for `simulate`; without supports rods have no weight.
     most_steps : int
         Steps that are replayed, spread over the sequence; the last is always among them.
+    improve : bool
+        Whether the rods of the worst generations are set far from each other in turn where the largest displacement
+        falls by it; `Replay.strand` has the order.  Takes up to four replays.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -194,15 +198,21 @@ def replay(
     Unsupported
     """
     check_work(weave, SEGMENTS)
-    return replay_sequence(
-        weave,
-        find_sequence(weave),
-        supports=supports,
-        loads=Loads(gravity=_direction(gravity, is_default=True)),
-        metres=millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0,
-        most_steps=most_steps,
-        progress=progress,
-    )
+
+    def replayed(sequence: BuildSequence) -> Replay:
+        return replay_sequence(
+            weave,
+            sequence,
+            supports=supports,
+            loads=Loads(gravity=_direction(gravity, is_default=True)),
+            metres=millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0,
+            most_steps=most_steps,
+            progress=progress,
+        )
+
+    if not improve:
+        return replayed(find_sequence(weave))
+    return improve_sequence(lambda spread: find_sequence(weave, spread=spread), replayed)
 
 
 def write_replay(found: Replay, path: PathLike, *, overwrite: bool = False) -> None:

@@ -2,7 +2,7 @@
 # ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import TYPE_CHECKING, Annotated, Any, Optional
 
 import typer
 
@@ -12,7 +12,11 @@ from weavecore.commands.places import Force, force_of, read_loads, read_supports
 from weavecore.commands.time_limit import timed_progress
 from weavecore.errors import Unsupported
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
-from weavecore.viewing.terminal import part_of, show_lines
+from weavecore.viewing.terminal import Progress, part_of, show_lines
+
+if TYPE_CHECKING:
+    from weavecore.model import Equilibrium
+    from weavecore.viewing.summary import Lines
 
 _SEGMENTS = 2
 """The fewest that let a rod bend between joints, as in the stage, which is imported only when it runs."""
@@ -94,6 +98,13 @@ def simulate(
             help="Replay the building sequence: displacement and stress of the unfinished weave after its steps.",
         ),
     ] = None,
+    improve_sequence: Annotated[
+        bool,
+        typer.Option(
+            "--improve-sequence",
+            help="With --sequence: set the rods of the worst steps far from each other in turn where that helps.",
+        ),
+    ] = False,
     picture: Annotated[
         Optional[Path],
         typer.Option(
@@ -126,6 +137,8 @@ def simulate(
     with timed_progress(result_file, time_limit, quiet=quiet) as tell:
         from weavecore import pipeline
 
+        if improve_sequence and sequence is None:
+            raise Unsupported("--improve-sequence replays no sequence", remedy="Add --sequence STEPS.json.")
         targets = [path for path in (out, picture) if path is not None]
         outputs = [*targets, *(path for path in (handover, sequence) if path is not None)]
         pipeline.check_outputs(outputs, overwrite=overwrite, inputs=[result_file])
@@ -170,16 +183,21 @@ def simulate(
             pipeline.write_handover(equilibrium, handover, unit=unit, overwrite=overwrite)
         lines = pipeline.describe(equilibrium)
         if sequence is not None:
-            replayed = pipeline.replay(
-                equilibrium.weave,
-                supports=list(equilibrium.weave.lattice.nodes[equilibrium.is_supported]) or "none",
-                gravity=gravity,
-                unit=unit,
-                progress=tell,
-            )
-            pipeline.write_replay(replayed, sequence, overwrite=overwrite)
-            lines += pipeline.describe(replayed)
+            options = {"improve": improve_sequence, "gravity": gravity, "unit": unit}
+            lines += _replay(equilibrium, sequence, options, overwrite=overwrite, tell=tell)
             targets.append(sequence)
     if not quiet:
         written = [path for path in (*targets, tables, handover) if path is not None]
         show_lines(lines + written_line(written))
+
+
+def _replay(
+    equilibrium: "Equilibrium", path: Path, options: dict[str, Any], *, overwrite: bool, tell: Progress
+) -> "Lines":
+    """Replay the building sequence with the supports of an equilibrium, and write its steps."""
+    from weavecore import pipeline
+
+    nodes = equilibrium.weave.lattice.nodes[equilibrium.is_supported]
+    replayed = pipeline.replay(equilibrium.weave, supports=list(nodes) or "none", progress=tell, **options)
+    pipeline.write_replay(replayed, path, overwrite=overwrite)
+    return pipeline.describe(replayed)

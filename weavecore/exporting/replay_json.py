@@ -5,6 +5,8 @@
     format "weavecore replay", version 1, unit, supports, loads
     steps [{step, rods, displacement, node, stress, utilisation, rod, converged}…]   rising
     worst {displacement, stress}                                                     rows of steps
+    sequence [rod…]                                                                  in the order in which they are set
+    spread [generation…]                                       those whose rods are set far from each other in turn
 """
 
 from __future__ import annotations
@@ -49,5 +51,7 @@ def encode_replay(found: Replay) -> bytes:
             for k in range(len(found))
         ],
         "worst": {"displacement": found.worst, "stress": found.most_stressed},
+        "sequence": [weave.ids[s] for s in found.strand.tolist()],
+        "spread": list(found.spread),
     }
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()

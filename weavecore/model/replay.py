@@ -32,6 +32,10 @@ class Replay:
     is_converged : (K,) bool
         Whether an equilibrium was found; else the figures are of the state that was reached.
     supports, loads : str
+    strand : (S,) int64
+        The rod of each step of the sequence.
+    spread : tuple of int
+        Generations whose rods are set far from each other in turn.
     """
 
     weave: Weave
@@ -44,6 +48,8 @@ class Replay:
     is_converged: Bools
     supports: str
     loads: str
+    strand: Ints
+    spread: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.step)
@@ -51,6 +57,7 @@ class Replay:
             object.__setattr__(self, name, frozen(getattr(self, name), np.int64, (n,)))
         for name in ("displacement", "stress"):
             object.__setattr__(self, name, frozen(getattr(self, name), np.float64, (n,)))
+        object.__setattr__(self, "strand", frozen(self.strand, np.int64, (len(self.weave),)))
         object.__setattr__(self, "is_converged", frozen(self.is_converged, np.bool_, (n,)))
 
     def __len__(self) -> int:

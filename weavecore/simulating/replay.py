@@ -14,7 +14,7 @@ added does not fit them.  One search of `weavecore.simulating.newton` for each s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
 import numpy as np
@@ -38,6 +38,11 @@ MOST_STEPS = 12
 
 _MOST_SEARCH = 150
 """Factorisations of one step; unfinished weaves may be mechanisms, which no number of them brings to rest."""
+
+_MOST_SPREAD = 3
+"""Generations that are spread at most; each costs a replay."""
+
+FindSequence = Callable[[tuple[int, ...]], BuildSequence]
 
 _FEWEST_OF_RING = 3
 """Ties that keep a ring from turning about them."""
@@ -96,18 +101,46 @@ def replay_sequence(
         if progress:
             progress(k / len(steps), f"after step {step + 1} of {len(sequence)}")
         rows.append(built.rest(sequence, step))
-    figures = {
-        name: np.array([getattr(row, name) for row in rows]) for name in ("n_rods", "node", "rod", "is_converged")
-    }
     return Replay(
         weave=weave,
         step=steps,
+        n_rods=np.array([row.n_rods for row in rows]),
         displacement=np.array([row.displacement for row in rows]) / metres,
+        node=np.array([row.node for row in rows]),
         stress=np.array([row.stress for row in rows]) / 1e6,
+        rod=np.array([row.rod for row in rows]),
+        is_converged=np.array([row.is_converged for row in rows]),
         supports=supports if isinstance(supports, str) else f"{int(held.sum())} nodes",
         loads=str(loads) if held.any() else NONE,
-        **figures,
+        strand=sequence.strand,
     )
+
+
+def improve_sequence(find: FindSequence, replay: Callable[[BuildSequence], Replay]) -> Replay:
+    """Replay the sequence, and set the rods of its worst generations far from each other where that helps.
+
+    A ring to which rods are woven from one side on hangs free at the other.  So the generation of the worst step is
+    spread; that is kept where the largest displacement falls, and the next worst generation is tried.
+
+    Parameters
+    ----------
+    find : callable
+        The sequence with some generations spread.
+    replay : callable
+    """
+    spread: tuple[int, ...] = ()
+    sequence = find(spread)
+    best = replay(sequence)
+    for _ in range(_MOST_SPREAD):
+        worst = int(sequence.generation[best.step[best.worst]])
+        if worst in spread:
+            break
+        tried = replay(find((*spread, worst)))
+        if tried.displacement.max() >= best.displacement.max():
+            break
+        spread = (*spread, worst)
+        best = replace(tried, spread=spread)
+    return best
 
 
 def chosen_steps(sequence: BuildSequence, most: int) -> Ints:

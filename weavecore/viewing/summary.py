@@ -202,6 +202,9 @@ def describe_replay(found: Replay) -> Lines:
         ("displacement", f"at most {move} after step {found.step[k] + 1}, at node {found.node[k]}"),
         ("stress", f"at most {found.stress[m]:.0f} MPa after step {found.step[m] + 1}, in {weave.ids[found.rod[m]]}"),
     ]
+    if found.spread:
+        generations = ", ".join(str(g) for g in found.spread)
+        lines.append(("order", f"rods of generation {generations} set far from each other in turn"))
     return lines + ([("doubt", f"{_count(n_open, 'step')} without an equilibrium")] if n_open else [])
 
 

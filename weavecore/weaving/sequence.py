@@ -11,6 +11,7 @@ All is sorting of visits: O(M log M).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -52,7 +53,7 @@ class _Rings:
         return rank
 
 
-def find_sequence(weave: Weave) -> BuildSequence:
+def find_sequence(weave: Weave, *, spread: Sequence[int] = ()) -> BuildSequence:
     """Order the rods so that each can be set when its turn comes.
 
     All rings of a generation come before the rods that bind them to the generation before, and
@@ -62,6 +63,9 @@ def find_sequence(weave: Weave) -> BuildSequence:
     Parameters
     ----------
     weave : Weave
+    spread : sequence of int
+        Generations whose rods are set far from each other in turn, as bit reversal orders them, instead of one beside
+        the other: the rings are then held all around early.
 
     Returns
     -------
@@ -79,12 +83,28 @@ def find_sequence(weave: Weave) -> BuildSequence:
     generation[bind] = rings.generation[bound[bind, :2]].max(axis=1)
     place[bind] = bound[bind, 2]
     base = np.where(rings.is_ring | lone, rings.rank, rings.rank[bound[:, 0]])
+    is_spread = np.isin(generation, np.asarray(spread, np.int64)) & ~rings.is_ring
+    place = np.where(is_spread, _spread_places(base, place, rings.rank), place)
     order = np.lexsort([rings.rank, place, base, lone, ~rings.is_ring, generation])
     step = np.empty(len(order), np.int64)
     step[order] = np.arange(len(order))
     return BuildSequence(
         order, rings.is_ring[order], generation[order], *_ties(weave, step), *_needs(links, bound, rings, step)
     )
+
+
+def _spread_places(base: Ints, place: Ints, rank: Ints) -> Ints:
+    """(S,) the places of rods around each base, in bit reversal: halves first, then quarters, and so on."""
+    order = np.lexsort([rank, place, base])
+    first = np.searchsorted(base[order], base[order])
+    index = np.arange(len(order)) - first
+    reversed_bits = np.zeros(len(order), np.int64)
+    for _ in range(max(len(order) - 1, 1).bit_length()):
+        reversed_bits = 2 * reversed_bits + index % 2
+        index = index // 2
+    spread = np.empty(len(order), np.int64)
+    spread[order] = reversed_bits
+    return spread
 
 
 def _least_depth(weave: Weave) -> Floats:
