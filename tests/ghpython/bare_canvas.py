@@ -165,14 +165,14 @@ def main(package: str, surface: str, numerics: str | None = None) -> None:
     install(package)
     home = Path(package)
     taken = run(home, "Weave_Surface", surface)[0]
-    latitudes = run(home, "Weave_Offset", taken)[0]
+    latitudes = run(home, "Weave_Offset", taken, [90.0])[0]
     lattice = run(home, "Weave_Link", latitudes)[0]
     weave = run(home, "Weave_Strands", lattice)[0]
     for name in ("Weave_Measure", "Weave_Simulate", "Weave_Preview", "Deconstruct_Weave"):
         run(home, name, weave)
     run(home, "Deconstruct_Lattice", lattice)
     run(home, "Weave_Fabricate", weave, 900.0, None, str(Path(surface).parent / "workshop"), True)
-    for ending in ("json", "obj", "png", "html"):
+    for ending in ("json", "obj", "html"):
         run(home, "Weave_Export", weave, str(Path(surface).parent / f"woven.{ending}"), True)
     import weavecore
 

@@ -99,6 +99,8 @@ def test_branches_and_messages_begin_with_the_run(canvas: Canvas) -> None:
     assert outputs[1] is None
     ((_, text),) = component.messages
     assert text.startswith("Item 2 of 3: NON_MANIFOLD: Two sheets touch")
+    run_once(compute, component, x=None)
+    assert component.messages[-1] == ("Warning", "Item 3 of 3: x: nothing comes through the wire.")
 
 
 class Documents(list[Any]):

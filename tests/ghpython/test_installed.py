@@ -18,7 +18,7 @@ from grasshopper_files.components import read_component, without_requirements
 from grasshopper_files.library import FOLDER, library_files, machine_of, system_of
 from weavecore import pipeline
 
-SECONDS = 100
+SECONDS = 300
 
 
 def test_the_package_alone_weaves_beside_numpy_and_scipy(tmp_path: Path) -> None:

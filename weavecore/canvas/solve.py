@@ -185,7 +185,7 @@ def solve(
         offer_lists(component, shelf_of(component, sticky), lists or {})
         wired = [name for name in missing if _is_wired(component, name)]
         balloons = tuple((WARNING, f"{name}: nothing comes through the wire.") for name in wired)
-        _show(component, Outcome(nothing, "", balloons))
+        _show(component, _numbered(Outcome(nothing, "", balloons), number, count))
         return nothing
     shelf, folder = shelf_of(component, sticky), _folder_of(component)
     is_pressed = any(inputs[name] for name in buttons)
@@ -194,10 +194,7 @@ def solve(
     # What a button gave is shown after it is released, until another input changes.
     outcome = None if is_pressed else shelf.get(key)
     if outcome is None:
-        outcome = _run(component, compute, inputs, needs, nothing, number)
-        if count > 1:
-            told = f"Item {number + 1} of {count}: "
-            outcome = replace(outcome, balloons=tuple((level, told + text) for level, text in outcome.balloons))
+        outcome = _numbered(_run(component, compute, inputs, needs, nothing, number), number, count)
         if outcome.is_cancelled:
             shelf.down.clear()
         elif is_pressed:
@@ -208,6 +205,14 @@ def solve(
     _show(component, outcome)
     outputs: Outputs = outcome.outputs
     return outputs
+
+
+def _numbered(outcome: Outcome, number: int, count: int) -> Outcome:
+    """An outcome whose messages say which of several runs they are about."""
+    if count < 2:
+        return outcome
+    told = f"Item {number + 1} of {count}: "
+    return replace(outcome, balloons=tuple((level, told + text) for level, text in outcome.balloons))
 
 
 def _run(

@@ -244,7 +244,7 @@ def all_components_run_on_dotnet_geometry() -> None:
         latitudes, curves, parents = run("Weave_Offset", surface=surface, spacing=12.0)
         assert isinstance(curves, DataTree[Object])
         assert curves.BranchCount == latitudes.n_generations
-        assert str(parents.Path(1)) == "{1;0}"
+        assert str(parents.Path(1)) == "{0;1;0}"
         assert list(parents.Branch(1)) == [0]
         lattice, nodes, rings, *_ = run("Weave_Link", latitudes=latitudes)
         assert [type(nodes), len(nodes)] == [list, lattice.n_nodes]
@@ -377,13 +377,15 @@ def make_component(name: str) -> Any:
 
 def run(name: str, *, component: Any = None, **inputs: Any) -> tuple[Any, ...]:
     """Run a component's script."""
+    from grasshopper_files.components import with_header
+
     component = component or make_component(name)
     path = ROOT / "ghpython_components" / name / "code.py"
     environment = ModuleType("ghenv")
     vars(environment)["Component"] = component
     scope: dict[str, Any] = {"__name__": "__main__", "ghenv": environment}
     # Rhino's pythonnet takes Python's object for .NET's, which the one on PyPI does not.
-    source = path.read_text("utf-8").replace("List[object]", "List[System.Object]")
+    source = with_header(path.read_text("utf-8")).replace("List[object]", "List[System.Object]")
     exec(compile(source, str(path), "exec", dont_inherit=True), scope)
     script = scope[name.partition("_")[2]]()
     outputs = script.RunScript(*(inputs.get(parameter.Name) for parameter in component.Params.Input))
@@ -393,7 +395,7 @@ def run(name: str, *, component: Any = None, **inputs: Any) -> tuple[Any, ...]:
 
 
 def main(assembly: str) -> None:
-    sys.path.insert(0, str(ROOT))
+    sys.path[:0] = [str(ROOT), str(ROOT / "ghpython_components")]
     load(Path(assembly))
     sys.stdout.write(json.dumps({name: outcome_of(function) for name, function in CHECKS.items()}))
 
