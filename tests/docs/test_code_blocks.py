@@ -1,0 +1,31 @@
+"""The code blocks of README.md and of the documents run, and print what the pages show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from document_blocks import PAGES, ROOT, blocks_of, labels_of, prepare, run_page
+
+
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if any(block.is_run for block in blocks_of(page.read_text("utf-8")))],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
+def test_the_code_blocks_of_a_page_run_and_print_what_it_shows(page: Path, tmp_path: Path) -> None:
+    prepare(tmp_path)
+    for block, output, shown in run_page(page.read_text("utf-8"), tmp_path):
+        if shown is not None:
+            assert labels_of(output) == labels_of(shown.code), block.code
+
+
+def test_blocks_are_found_with_their_marks() -> None:
+    text = "<!-- not run: installs -->\n\n```sh\npip\n```\n```sh\nweavecore\n```\n"
+    text += "\n<!-- output -->\n```text\nrods 3\n```\n"
+    assert [(block.mark, block.code) for block in blocks_of(text)] == [
+        ("not run", "pip\n"),
+        ("", "weavecore\n"),
+        ("output", "rods 3\n"),
+    ]
