@@ -5,9 +5,11 @@ reader's own files.  A comment before a block changes this::
 
     <!-- not run: why -->        the block is left out
     <!-- refused -->             the command ends with status 1
-    <!-- output -->              the block of text that follows is what the block above prints
+    <!-- output -->              the block of text that follows is what the block above prints; below a line of …
+                                 it shows the last lines only
 
-Commands of weavecore run in this process, which saves its start; everything else runs in bash.
+Commands of weavecore run in this process, which saves its start; everything else runs in bash.  Nothing is installed:
+of ``python -m pip install … && weavecore …`` the second half is run.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from typer.testing import CliRunner
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "sample_files" / "README.md"]
+LEFT_OUT = "…"
 BLOCK = re.compile(
     r"(?:^ *<!-- (?P<mark>not run|refused|output)\b[^\n]*-->\n+)?"
     r"^ *```(?P<language>sh|python|text)\n(?P<code>.*?)^ *```",
@@ -66,6 +69,14 @@ def run_page(text: str, folder: Path) -> Iterator[tuple[Block, str, Optional[Blo
             if block.is_run:
                 after = blocks[number + 1] if number + 1 < len(blocks) else None
                 yield block, _run(block), after if after is not None and after.mark == "output" else None
+
+
+def like(output: str, shown: str) -> str:
+    """The output, and of one that a page shows below … as many of its last lines."""
+    lines, shown_lines = output.splitlines(), shown.splitlines()
+    if shown_lines[:1] != [LEFT_OUT]:
+        return output
+    return "\n".join([LEFT_OUT, *lines[len(lines) - len(shown_lines) + 1 :]])
 
 
 def labels_of(output: str) -> list[str]:
@@ -144,6 +155,7 @@ def _run_python(code: str) -> str:
 
 
 def _run_line(line: str, status: int) -> str:
+    line = re.sub(r"^python -m pip install [^&]*&& ", "", line)
     if not re.match(r" *weavecore [^|&;<>$]*$", line):
         return _in_bash(line)
     from weavecore.cli import app
@@ -183,7 +195,7 @@ def _renewed(text: str, folder: Path) -> str:
     """The page with the outputs of its blocks as they are now."""
     outputs = [(shown.span, output) for _, output, shown in run_page(text, folder) if shown]
     for (begin, end), output in reversed(outputs):
-        lines = [line.rstrip() for line in output.splitlines()]
+        lines = [line.rstrip() for line in like(output, text[begin:end]).splitlines()]
         text = text[:begin] + "\n".join(lines).strip("\n") + "\n" + text[end:]
     return text
 

@@ -91,7 +91,7 @@ def test_the_commands_of_the_readme_are_those_of_ci() -> None:
 def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "sample_files").symlink_to(ROOT / "sample_files")
     monkeypatch.chdir(tmp_path)
-    (code,) = blocks_of("python")
+    (code,) = blocks_of("python")  # Runs in `tests/docs/` as well; here its length and what it writes count.
     assert len(code.strip().splitlines()) <= 10
     exec(compile(code, "README.md", "exec"), {})
     written = re.findall(r'"(\w+\.(?:3dm|json|png))"', code.split("read_surface", 1)[1].split("\n", 1)[1])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from document_blocks import PAGES, ROOT, blocks_of, labels_of, prepare, run_page
+from document_blocks import PAGES, ROOT, blocks_of, labels_of, like, prepare, run_page
 
 
 @pytest.mark.parametrize(
@@ -18,7 +18,13 @@ def test_the_code_blocks_of_a_page_run_and_print_what_it_shows(page: Path, tmp_p
     prepare(tmp_path)
     for block, output, shown in run_page(page.read_text("utf-8"), tmp_path):
         if shown is not None:
-            assert labels_of(output) == labels_of(shown.code), block.code
+            assert labels_of(like(output, shown.code)) == labels_of(shown.code), block.code
+
+
+def test_an_output_may_be_shown_from_below_an_ellipsis_on() -> None:
+    output = "spacing 3\nrods 24\nwritten x\n"
+    assert labels_of(like(output, "…\nrods 23\nwritten y\n")) == ["…", "rods", "written"]
+    assert labels_of(like(output, "rods 23\n")) == ["spacing", "rods", "written"]
 
 
 def test_blocks_are_found_with_their_marks() -> None:
