@@ -36,7 +36,12 @@ def text() -> str:
     parts += ["| [`WORKER_LOST`](#worker_lost) | A worker of an exploration ended, or its result was lost. |", ""]
     parts += ["## Errors", ""]
     for kind in kinds:
-        parts += [f"### {kind.code}", "", f"In Python `{kind.__name__}`, which is also `{_builtin(kind)}`. {_first(kind)}", ""]
+        parts += [
+            f"### {kind.code}",
+            "",
+            f"In Python `{kind.__name__}`, which is also `{_builtin(kind)}`. {_first(kind)}",
+            "",
+        ]
         if found[kind.__name__]:
             parts += ["| what is wrong | remedy |", "|---|---|", *found[kind.__name__], ""]
     parts += [
