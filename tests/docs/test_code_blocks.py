@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from document_blocks import PAGES, ROOT, blocks_of, labels_of, like, prepare, run_page
 
+SLOW = ("docs/exploring.md", "docs/how_to/choose.md")
+"""Pages that start worker processes."""
 
-@pytest.mark.parametrize(
-    "page",
-    [page for page in PAGES if any(block.is_run for block in blocks_of(page.read_text("utf-8")))],
-    ids=lambda page: str(page.relative_to(ROOT)),
-)
+
+def pages() -> list[Any]:
+    names = {page: str(page.relative_to(ROOT)) for page in PAGES}
+    return [
+        pytest.param(page, id=name, marks=[pytest.mark.slow] if name in SLOW else [])
+        for page, name in names.items()
+        if any(block.is_run for block in blocks_of(page.read_text("utf-8")))
+    ]
+
+
+@pytest.mark.parametrize("page", pages())
 def test_the_code_blocks_of_a_page_run_and_print_what_it_shows(page: Path, tmp_path: Path) -> None:
     prepare(tmp_path)
     for block, output, shown in run_page(page.read_text("utf-8"), tmp_path):
