@@ -16,6 +16,7 @@ from weavecore import errors
 from weavecore.model.notes import DOUBTS, NOTE_CODES
 
 PACKAGE = Path(weavecore.__file__).parent
+GAP = "…"
 
 HEAD = """# Errors and notes
 
@@ -81,28 +82,47 @@ def _calls() -> dict[str, list[str]]:
     return defaultdict(list, {name: list(found) for name, found in rows.items()})
 
 
-def _errors_in(tree: ast.AST) -> Iterator[tuple[str, str, str]]:
+def _errors_in(tree: ast.Module) -> Iterator[tuple[str, str, str]]:
+    """Class, what is wrong and remedy of each call that makes an error."""
+    known = _texts_of_names(tree)
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    inner = {id(call): function for function in functions for call in ast.walk(function)}  # The innermost comes last.
     for node in ast.walk(tree):
         if not isinstance(node, ast.Call) or not node.args:
             continue
         remedies = [keyword.value for keyword in node.keywords if keyword.arg == "remedy"]
-        name = getattr(node.func, "id", getattr(node.func, "attr", ""))
-        what = _shown(node.args[0])
-        if remedies and what.strip(" …"):
-            yield name, what, _shown(remedies[0])
+        if remedies:
+            local = {**known, **(_texts_of_names(inner[id(node)]) if id(node) in inner else {})}
+            what, remedy = _shown(node.args[0], local), _shown(remedies[0], local)
+            if (what + remedy).strip(f" {GAP}"):
+                yield getattr(node.func, "id", getattr(node.func, "attr", "")), what, remedy
 
 
-def _shown(node: ast.AST) -> str:
+def _texts_of_names(tree: ast.AST) -> dict[str, str]:
+    """The texts that names are assigned in a module or a function; several for one name are alternatives."""
+    found: dict[str, list[str]] = defaultdict(list)
+    nodes = tree.body if isinstance(tree, ast.Module) else ast.walk(tree)
+    for node in nodes:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            words = _shown(node.value, {})
+            if words.strip(f" {GAP}") and not words.replace(".", "").isdigit():
+                found[node.targets[0].id].append(words)
+    return {name: " / ".join(dict.fromkeys(texts)) for name, texts in found.items()}
+
+
+def _shown(node: ast.AST, known: dict[str, str]) -> str:
     """A text of the source, with … for what is put in."""
     if isinstance(node, ast.Constant):
-        return str(node.value)
+        return node.value if isinstance(node.value, str) else GAP
     if isinstance(node, ast.JoinedStr):
-        return "".join(_shown(part) if isinstance(part, ast.Constant) else "…" for part in node.values)
+        return "".join(_shown(part, {}) for part in node.values)
     if isinstance(node, ast.BinOp):
-        return _shown(node.left) + _shown(node.right)
+        return _shown(node.left, known) + _shown(node.right, known)
     if isinstance(node, ast.IfExp):
-        return f"{_shown(node.body)} / {_shown(node.orelse)}"
-    return "…"
+        return f"{_shown(node.body, known)} / {_shown(node.orelse, known)}"
+    if isinstance(node, ast.Name):
+        return known.get(node.id, GAP)
+    return GAP
 
 
 def _cell(words: str) -> str:
