@@ -25,6 +25,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
+from itertools import product
 from pathlib import Path
 from typing import Optional
 
@@ -98,6 +99,7 @@ def prepare(folder: Path) -> None:
         site.Objects.AddPoint(rhino3dm.Point3d(x, y, 0), _on_layer(site, "Feet"))
     site.Objects.AddPoint(rhino3dm.Point3d(600, 450, 300), _on_layer(site, "Lamps"))
     site.Write(str(folder / "site.3dm"), 7)
+    (folder / "messy.obj").write_text(_messy_mesh(), "utf-8")
 
 
 def _model() -> object:
@@ -135,6 +137,20 @@ def _canopy() -> object:
     surface.KnotsU.CreateUniformKnots(0.5)
     surface.KnotsV.CreateUniformKnots(0.5)
     return surface
+
+
+def _messy_mesh() -> str:
+    """A shell as careless exporters leave it: faces apart, some turned over, and a scrap beside it."""
+    lines: list[str] = []
+    for i, j in product(range(24), range(18)):
+        corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+        lines += [f"v {50 * a} {50 * b} {0.8 * a * (24 - a) * b * (18 - b) / 36:.6g}" for a, b in corners]
+        first = len([line for line in lines if line[0] == "v"]) - 3
+        order = (3, 2, 1, 0) if (i + j) % 7 == 0 else (0, 1, 2, 3)
+        lines.append("f " + " ".join(str(first + k) for k in order))
+    scrap = len([line for line in lines if line[0] == "v"])
+    lines += ["v 0 0 500", "v 20 0 500", "v 0 20 500", f"f {scrap + 1} {scrap + 2} {scrap + 3}"]
+    return "\n".join(lines) + "\n"
 
 
 def _run(block: Block) -> str:

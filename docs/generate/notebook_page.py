@@ -11,7 +11,7 @@ NOTEBOOK = Path(__file__).resolve().parents[1] / "tutorial" / "weave.ipynb"
 def text() -> str:
     """The page in Markdown."""
     cells = json.loads(NOTEBOOK.read_text("utf-8"))["cells"]
-    return "\n\n".join(_cell(cell) for cell in cells) + "\n\nThe notebook is `docs/tutorial/weave.ipynb`.\n"
+    return "\n\n".join(_cell(cell) for cell in cells) + "\n\n[Download the notebook](weave.ipynb).\n"
 
 
 def _cell(cell: dict[str, object]) -> str:
