@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "weavecore"
 MODULES = sorted(PACKAGE.rglob("*.py"))
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MOST_NAMES, MOST_LINES, MOST_LINES_OF_FUNCTION = 25, 700, 60
 
 
@@ -91,7 +91,7 @@ def test_the_commands_of_the_readme_are_those_of_ci() -> None:
 def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "sample_files").symlink_to(ROOT / "sample_files")
     monkeypatch.chdir(tmp_path)
-    (code,) = blocks_of("python")
+    (code,) = blocks_of("python")  # Runs in `tests/docs/` as well; here its length and what it writes count.
     assert len(code.strip().splitlines()) <= 10
     exec(compile(code, "README.md", "exec"), {})
     written = re.findall(r'"(\w+\.(?:3dm|json|png))"', code.split("read_surface", 1)[1].split("\n", 1)[1])
@@ -106,9 +106,13 @@ def test_the_citation_names_the_version_of_the_package() -> None:
 
 
 def test_the_files_that_the_documents_point_to_are_there() -> None:
+    hooks = (ROOT / "docs" / "generate" / "hooks.py").read_text("utf-8")
+    made = {ROOT / "docs" / name for name in re.findall(r'^    "([\w/]+\.md)": ', hooks, re.MULTILINE)}
+    assert made
     for document in DOCUMENTS:
-        links = re.findall(r"\]\((?!https?:)([^)#]+)", document.read_text("utf-8"))
-        assert [link for link in links if not (document.parent / link).exists()] == [], document.name
+        links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", document.read_text("utf-8"))
+        places = [(document.parent / link).resolve() for link in links]
+        assert [place for place in places if not place.exists() and place not in made] == [], document.name
 
 
 FOLDERS = ("weavecore", "tests", "benchmarks", "docs", "ghpython_components", "sample_files", ".ci")
@@ -142,11 +146,10 @@ def test_the_scripts_and_folders_that_the_documents_name_are_there(document: Pat
     assert sorted(paths_named_in(text) - tree) == []
 
 
-def test_every_page_is_linked_from_the_readme() -> None:
-    readme = (ROOT / "README.md").read_text("utf-8")
-    assert [
-        page.name for page in DOCUMENTS[3:] if f"](docs/{page.name})" not in readme and page.stem != "methods"
-    ] == []
+def test_every_page_is_in_the_navigation_of_the_site() -> None:
+    site = (ROOT / "mkdocs.yml").read_text("utf-8")
+    pages = [page.relative_to(ROOT / "docs").as_posix() for page in DOCUMENTS[3:]]
+    assert [page for page in pages if not re.search(rf": {re.escape(page)}$", site, re.MULTILINE)] == []
 
 
 NOT_PLAIN = [

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import shutil
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,7 +15,7 @@ import pytest
 from explored_tube import contents, explore_tube
 from weavecore import pipeline
 from weavecore.errors import NotWritten, Unsupported
-from weavecore.exploring import Exploration, read_rows
+from weavecore.exploring import Exploration, evaluate, read_rows
 from weavecore.exploring.evaluate import BEND, FIGURES, JOINTS, RODS, SIMULATED, TIES, WASTE
 from weavecore.exploring.variants import steps_between
 
@@ -181,3 +183,26 @@ def test_ranges_include_their_end_and_no_rounding() -> None:
     for start, stop, step in ((3, 2, 1), (1, 2, 0), (1, float("inf"), 1)):
         with pytest.raises(Unsupported):
             steps_between(start, stop, step)
+
+
+def test_a_variant_that_takes_too_long_ends_alone_and_is_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late = [0.0]
+    clock = SimpleNamespace(monotonic=lambda: time.monotonic() + late[0], perf_counter=time.perf_counter)
+
+    def link(latitudes: Any, *, pattern: str, progress: Any) -> Any:
+        if pattern == "plain":
+            late[0] += 1000.0
+            progress(0.5, "linking")
+        return pipeline.link(latitudes, pattern=pattern, progress=progress)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(evaluate, "time", clock)
+        patched.setattr(evaluate, "pipeline", SimpleNamespace(**{**vars(pipeline), "link": link}))
+        ended = explore_tube(tmp_path / "out", borders=["all"], time_limit=900.0)
+    assert [row.error[:13] for row in ended.rows] == ["", "TOO_MUCH_WORK"]
+    assert "longer than 900 seconds" in ended.rows[1].error
+
+    again = explore_tube(tmp_path / "out", borders=["all"])
+    assert (again.n_woven, again.failed) == (1, ())

@@ -256,7 +256,9 @@ def known_side(name: Optional[str]) -> Optional[str]:
 Input = Annotated[Path, typer.Argument(metavar="INPUT", readable=False, help="A .3dm, .obj, .ply, .stl or .off file.")]
 LayerNames = Annotated[
     Optional[list[str]],
-    typer.Option("--layer", metavar="NAME", help="Layer of the surface, Parent::Child; may be given several times."),
+    typer.Option(
+        "--layer", metavar="NAME", help="Layer of the surface, such as Parent::Child; may be given several times."
+    ),
 ]
 ObjectNames = Annotated[
     Optional[list[str]],
@@ -277,7 +279,7 @@ TimeLimit = Annotated[
         "--time-limit",
         min=1.0,
         metavar="SECONDS",
-        help="Most time for the command, and for reading; by default 115 and 8 seconds, more for a large file.",
+        help="Time limit; by default 115 for the command and 8 for reading, more for a large file.",
     ),
 ]
 CutPlane = Annotated[
@@ -309,21 +311,25 @@ Weld = Annotated[
         "--weld",
         parser=length,
         metavar="LENGTH",
-        help="Weld vertices of borders that are no further apart; by default the file's tolerance, or a millionth of "
-        "the size.",
+        help="Weld vertices of borders that are no further apart than this; by default the file's tolerance, or a "
+        "millionth of the size.",
     ),
 ]
 FillHoles = Annotated[
     Optional[Length],
-    typer.Option("--fill-holes", parser=length, metavar="LENGTH", help="Close borders up to this length."),
+    typer.Option(
+        "--fill-holes", parser=length, metavar="LENGTH", help="Close holes whose border is no longer than this."
+    ),
 ]
 Largest = Annotated[bool, typer.Option("--largest", help="Take only the piece with the largest area.")]
 Side = Annotated[
     Optional[str],
     typer.Option("--side", metavar="outer", callback=known_side, help="Take only the outer side of a thin solid."),
 ]
-Strict = Annotated[bool, typer.Option("--strict", help="Refuse what would only be noted as a doubt.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there already.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Refuse doubtful surfaces and results, instead of noting the doubt.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 TieStrength = Annotated[
     float,

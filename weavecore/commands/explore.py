@@ -143,6 +143,15 @@ def explore(
     pages: Annotated[
         bool, typer.Option("--pages/--no-pages", help="A page of its own, of about 1 MB, for each variant.")
     ] = True,
+    time_limit: Annotated[
+        Optional[float],
+        typer.Option(
+            "--time-limit",
+            min=1.0,
+            metavar="SECONDS",
+            help="Most time for a variant; one that takes longer gets an error, and is tried again next time.",
+        ),
+    ] = None,
     workers: Workers = None,
     scheduler: Annotated[
         Optional[str],
@@ -176,6 +185,7 @@ def explore(
             borders=borders.values,
             simulate=simulate,
             pages=pages,
+            time_limit=time_limit,
             workers=workers or count_processors(),
             scheduler=scheduler,
             progress=show_progress,

@@ -90,7 +90,7 @@ def fabricate(
         Optional[str], typer.Option(metavar="UNIT", help="Unit of the result where it states none: mm, m, in…")
     ] = None,
     time_limit: TimeLimit = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a folder that is there already.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing folder.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Write tables, templates, labels, drawings and a sequence of steps to build a weave from.

@@ -28,7 +28,7 @@ def simulate(
         typer.Argument(
             metavar="RESULT.json",
             readable=False,
-            help="What weavecore weave --json wrote.",
+            help="Result of weavecore weave --json.",
             callback=ends_with(".json"),
         ),
     ],

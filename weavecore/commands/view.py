@@ -15,7 +15,10 @@ def view(
     result_file: Annotated[
         Path,
         typer.Argument(
-            metavar="RESULT.json", readable=False, help="Result of weavecore weave --json.", callback=ends_with(".json")
+            metavar="RESULT.json",
+            readable=False,
+            help="Result of weavecore weave --json, or of simulate.",
+            callback=ends_with(".json"),
         ),
     ],
     out: Annotated[

@@ -48,12 +48,13 @@ _MATERIALS = "What the rods are made of: gfrp, gfrp-short, bamboo, rattan or ste
 def weave(
     input_file: Input,
     out: Annotated[
-        Optional[Path], typer.Option("-o", "--out", metavar="OUT", help="Woven result, .3dm or another ending.")
+        Optional[Path],
+        typer.Option("-o", "--out", metavar="OUT", help="The rods: .3dm, .json, .html, .obj, .ply or .off."),
     ] = None,
     json: Annotated[
         Optional[Path],
         typer.Option(
-            metavar="OUT.json", callback=ends_with(".json"), help="The result as JSON, for fabricate and view."
+            metavar="OUT.json", callback=ends_with(".json"), help="The result for fabricate, view and simulate."
         ),
     ] = None,
     picture: Annotated[
@@ -73,9 +74,8 @@ def weave(
         typer.Option(
             parser=length,
             metavar="LENGTH",
-            help="Edge length along the rings; by default the spacing for quad, plain and twill, and 2/√3 of it for "
-            "triangular and the patterns made from it (hexagonal, kagome, diagonal). Without --spacing it sets the "
-            "spacing in the same proportion.",
+            help="Distance between the nodes of a ring: by default the spacing (quad, plain, twill) or 2/√3 of it "
+            "(other patterns). Without --spacing it sets the spacing too.",
         ),
     ] = None,
     pattern: Annotated[
@@ -91,8 +91,8 @@ def weave(
         typer.Option(
             parser=rod_diameters,
             metavar="LENGTH",
-            help="Diameter of the rods: 3mm, or by family: latitudinal=3mm,longitudinal=2mm (pocket= too, else as "
-            "longitudinal); by default the thickest sold in which nearly all of them can be bent.",
+            help="Diameter of the rods: 3mm, or by family: latitudinal=3mm,longitudinal=2mm,pocket=2mm; by default the "
+            "thickest sold in which nearly all of them can be bent.",
         ),
     ] = None,
     stock: Annotated[
@@ -109,7 +109,7 @@ def weave(
         typer.Option(
             metavar="STYLE",
             callback=known_style,
-            help="stacked, plain, or twill 2/2 and the like; by default the usual one of the pattern.",
+            help="Order of over and under: stacked, plain, twill 2/2 and the like; by default that of the pattern.",
         ),
     ] = None,
     free_rings: Annotated[
@@ -119,7 +119,14 @@ def weave(
     object_name: ObjectNames = None,
     edge_target: EdgeTarget = None,
     time_limit: TimeLimit = None,
-    method: Annotated[str, typer.Option(metavar="NAME", callback=known_method, help="levels or fronts.")] = "levels",
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            callback=known_method,
+            help="How rings are found: levels of the distance, or fronts, step by step as in the paper.",
+        ),
+    ] = "levels",
     cut_plane: CutPlane = None,
     borders: Borders = None,
     curve: CurveNames = None,
@@ -133,7 +140,7 @@ def weave(
 ) -> None:
     """Weave a surface: rings parallel to its borders, and rods that bind them.
 
-    Lengths are in the file's own unit, or in the one that is written after them.
+    Lengths are in the unit of the file, or in the one that is written after them: 120, 120mm, 4.7in.
     """
     targets = [path for path in (out, json, picture) if path is not None]
     repairs = Repairs(weld, fill_holes, largest, side, strict)

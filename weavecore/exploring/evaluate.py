@@ -7,6 +7,7 @@ machine returns is written by the process that explores.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from weavecore import pipeline
-from weavecore.errors import Unsupported, WeaveError
+from weavecore.errors import TooMuchWork, Unsupported, WeaveError
 from weavecore.exploring.variants import Group, Variant
 from weavecore.exporting.registry import encode
 from weavecore.fabricating.needs import estimate_needs
@@ -60,7 +61,7 @@ class Result:
     error : str
         Code, what is wrong and a remedy; empty where all went well.
     is_final : bool
-        Whether the same variant gives the same again; False where memory ran out or a worker was lost.
+        Whether the same variant gives the same again; False where time or memory ran out, or a worker was lost.
     picture, page : bytes or None
         PNG and HTML.
     seconds : float
@@ -76,7 +77,28 @@ class Result:
     seconds: float = 0.0
 
 
-def weave_group(surface: SurfaceMesh, group: Group, *, with_pages: bool) -> list[Result]:
+class _TimeOver(TooMuchWork):
+    """A variant takes longer than it may."""
+
+
+class _Clock:
+    """A progress callback that ends a variant when its time is over; the stages call it in all long loops."""
+
+    def __init__(self, seconds: Optional[float]) -> None:
+        self._seconds = seconds
+        self._ends = math.inf if seconds is None else time.monotonic() + seconds
+
+    def __call__(self, _fraction: float, _label: str) -> None:
+        if time.monotonic() > self._ends:
+            raise _TimeOver(
+                f"The variant takes longer than {self._seconds:.4g} seconds",
+                remedy="Explore again with a larger time limit, or use a larger spacing.",
+            )
+
+
+def weave_group(
+    surface: SurfaceMesh, group: Group, *, with_pages: bool, time_limit: Optional[float] = None
+) -> list[Result]:
     """Weave the variants of a group; see the module.
 
     Parameters
@@ -85,6 +107,8 @@ def weave_group(surface: SurfaceMesh, group: Group, *, with_pages: bool) -> list
     group : Group
     with_pages : bool
         Whether each variant gets a page of its own.
+    time_limit : float, optional
+        Seconds that a variant may take; one that takes longer gets an error and is tried again in the next run.
 
     Returns
     -------
@@ -92,7 +116,7 @@ def weave_group(surface: SurfaceMesh, group: Group, *, with_pages: bool) -> list
         One for each variant, in their order.
     """
     stages = _SharedStages(surface)
-    return [_weave_variant(stages, variant, with_pages) for variant in group.variants]
+    return [_weave_variant(stages, variant, with_pages, _Clock(time_limit)) for variant in group.variants]
 
 
 class _SharedStages:
@@ -102,15 +126,17 @@ class _SharedStages:
         self._surface = surface
         self._known: dict[str, Any] = {}
 
-    def lattice(self, variant: Variant) -> Lattice:
+    def lattice(self, variant: Variant, clock: _Clock) -> Lattice:
         if variant.pattern not in self._known:
-            latitudes = self._once("", lambda: self._offset(variant))
+            latitudes = self._once("", lambda: self._offset(variant, clock))
             self._known = {"": latitudes}
-        lattice: Lattice = self._once(variant.pattern, lambda: pipeline.link(self._known[""], pattern=variant.pattern))
+        lattice: Lattice = self._once(
+            variant.pattern, lambda: pipeline.link(self._known[""], pattern=variant.pattern, progress=clock)
+        )
         return lattice
 
-    def _offset(self, variant: Variant) -> Latitudes:
-        return pipeline.offset(self._surface, spacing=variant.spacing, borders=variant.borders)
+    def _offset(self, variant: Variant, clock: _Clock) -> Latitudes:
+        return pipeline.offset(self._surface, spacing=variant.spacing, borders=variant.borders, progress=clock)
 
     def _once(self, name: str, make: Callable[[], Any]) -> Any:
         if name not in self._known:
@@ -123,21 +149,22 @@ class _SharedStages:
         return self._known[name]
 
 
-def _weave_variant(stages: _SharedStages, variant: Variant, with_pages: bool) -> Result:
+def _weave_variant(stages: _SharedStages, variant: Variant, with_pages: bool, clock: _Clock) -> Result:
     begun = time.perf_counter()
     figures: dict[str, Figure] = {}
     files: dict[str, bytes] = {}
     error, is_final = "", True
     try:
-        weave = pipeline.weave(stages.lattice(variant), rod_diameter=variant.rod, material=variant.material)
+        lattice = stages.lattice(variant, clock)
+        weave = pipeline.weave(lattice, rod_diameter=variant.rod, material=variant.material, progress=clock)
         files["picture"] = encode_picture(weave, size=PICTURE_SIZE)
         if with_pages:
             files["page"] = encode(weave, "page.html")
         figures.update(measure_weave(weave))
         if variant.is_simulated:
-            figures.update(_measure_rest(weave))
+            figures.update(_measure_rest(weave, clock))
     except WeaveError as caught:
-        error = " ".join(str(caught).split())
+        error, is_final = " ".join(str(caught).split()), not isinstance(caught, _TimeOver)
     except MemoryError:
         error, is_final = _LOST_MEMORY, False
     except Exception as caught:  # noqa: BLE001 - a fault in one variant must not end the others.
@@ -192,10 +219,10 @@ def _needs(weave: Weave) -> Any:
         return None
 
 
-def _measure_rest(weave: Weave) -> dict[str, Figure]:
+def _measure_rest(weave: Weave, clock: _Clock) -> dict[str, Figure]:
     """How far the nodes depart where the rods come to rest, and how much of the allowable stress they use there."""
     supports = "borders" if weave.is_border_node.any() else "none"
-    equilibrium = pipeline.simulate(weave, supports=supports)
+    equilibrium = pipeline.simulate(weave, supports=supports, progress=clock)
     return {
         DEPARTURE_MEAN: _rounded(equilibrium.departure_mean),
         DEPARTURE_MAX: _rounded(equilibrium.departure_max),

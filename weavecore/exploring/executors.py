@@ -49,14 +49,14 @@ class Crew:
     capacity = 1
     """Groups that it has at a time."""
 
-    def __init__(self, surfaces: Surfaces, *, with_pages: bool) -> None:
+    def __init__(self, surfaces: Surfaces, **options: Any) -> None:
         self._surfaces = surfaces
-        self._with_pages = with_pages
+        self._options = options  # Of `weave_group`.
 
     def submit(self, group: Group) -> Results:
         """Weave a group."""
         done: Results = Future()
-        done.set_result(weave_group(self._surfaces[group.digest], group, with_pages=self._with_pages))
+        done.set_result(weave_group(self._surfaces[group.digest], group, **self._options))
         return done
 
     def restart(self) -> None:
@@ -69,8 +69,8 @@ class Crew:
 class _OwnProcesses(Crew):
     """Worker processes on this machine."""
 
-    def __init__(self, surfaces: Surfaces, *, with_pages: bool, n_workers: int) -> None:
-        super().__init__(surfaces, with_pages=with_pages)
+    def __init__(self, surfaces: Surfaces, *, n_workers: int, **options: Any) -> None:
+        super().__init__(surfaces, **options)
         self.capacity = _GROUPS_A_WORKER * n_workers
         self._n_workers = n_workers
         self._pool = self._start()
@@ -85,7 +85,7 @@ class _OwnProcesses(Crew):
 
     def submit(self, group: Group) -> Results:
         with _one_thread_each():  # The pool starts a process when it needs one more.
-            return self._pool.submit(_weave_kept, group, self._with_pages)
+            return self._pool.submit(_weave_kept, group, self._options)
 
     def restart(self) -> None:
         self.close()
@@ -98,21 +98,21 @@ class _OwnProcesses(Crew):
 class _GivenExecutor(Crew):
     """An executor of the caller, which stays open."""
 
-    def __init__(self, surfaces: Surfaces, *, with_pages: bool, executor: Executor, n_workers: int) -> None:
-        super().__init__(surfaces, with_pages=with_pages)
+    def __init__(self, surfaces: Surfaces, *, executor: Executor, n_workers: int, **options: Any) -> None:
+        super().__init__(surfaces, **options)
         self.capacity = _GROUPS_A_WORKER * n_workers
         self._executor = executor
 
     def submit(self, group: Group) -> Results:
         surface = self._surfaces[group.digest]
-        return self._executor.submit(weave_group, surface, group, with_pages=self._with_pages)
+        return self._executor.submit(weave_group, surface, group, **self._options)
 
 
 class _Cluster(Crew):
     """The workers of a Dask scheduler, which moves the groups of a lost worker to others."""
 
-    def __init__(self, surfaces: Surfaces, *, with_pages: bool, client: Any) -> None:
-        super().__init__(surfaces, with_pages=with_pages)
+    def __init__(self, surfaces: Surfaces, *, client: Any, **options: Any) -> None:
+        super().__init__(surfaces, **options)
         self.capacity = _GROUPS_A_WORKER * max(sum(client.nthreads().values()), 1)
         self._client = client
         self._executor = client.get_executor(pure=False)
@@ -123,9 +123,7 @@ class _Cluster(Crew):
             surface = self._surfaces[group.digest]
             # In the memory of every worker, so that it is not lost with one of them.
             self._sent[group.digest] = self._client.scatter(surface, broadcast=True, hash=False)
-        future: Results = self._executor.submit(
-            weave_group, self._sent[group.digest], group, with_pages=self._with_pages
-        )
+        future: Results = self._executor.submit(weave_group, self._sent[group.digest], group, **self._options)
         return future
 
     def restart(self) -> None:
@@ -140,6 +138,7 @@ def open_crew(
     surfaces: Surfaces,
     *,
     with_pages: bool,
+    time_limit: Optional[float] = None,
     workers: int = 1,
     executor: Optional[Executor] = None,
     scheduler: Optional[str] = None,
@@ -152,6 +151,8 @@ def open_crew(
         By their digests.
     with_pages : bool
         Whether each variant gets a page of its own.
+    time_limit : float, optional
+        Seconds that a variant may take.
     workers : int
         Processes; with 1 the calling process does all.  Of an executor: how many it has.
     executor : concurrent.futures.Executor, optional
@@ -171,15 +172,16 @@ def open_crew(
         raise Unsupported(f"{workers} workers cannot weave", remedy="Use at least 1.")
     if executor is not None and scheduler is not None:
         raise Unsupported("Both an executor and a scheduler are named", remedy="Give one of the two.")
+    options = {"with_pages": with_pages, "time_limit": time_limit}
     if scheduler is not None:
-        crew: Crew = _Cluster(surfaces, with_pages=with_pages, client=_connect(scheduler))
+        crew: Crew = _Cluster(surfaces, client=_connect(scheduler), **options)
     elif executor is not None:
-        crew = _GivenExecutor(surfaces, with_pages=with_pages, executor=executor, n_workers=workers)
+        crew = _GivenExecutor(surfaces, executor=executor, n_workers=workers, **options)
     elif workers > 1:
         _check_executable()
-        crew = _OwnProcesses(surfaces, with_pages=with_pages, n_workers=workers)
+        crew = _OwnProcesses(surfaces, n_workers=workers, **options)
     else:
-        crew = Crew(surfaces, with_pages=with_pages)
+        crew = Crew(surfaces, **options)
     try:
         yield crew
     finally:
@@ -233,5 +235,5 @@ def _keep(surfaces: dict[str, SurfaceMesh]) -> None:
     _kept.update(surfaces)
 
 
-def _weave_kept(group: Group, with_pages: bool) -> list[Result]:
-    return weave_group(_kept[group.digest], group, with_pages=with_pages)
+def _weave_kept(group: Group, options: dict[str, Any]) -> list[Result]:
+    return weave_group(_kept[group.digest], group, **options)

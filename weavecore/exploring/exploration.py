@@ -83,6 +83,7 @@ def explore(
     borders: Sequence[Union[Sequence[int], str]] = ("all",),
     simulate: bool = False,
     pages: bool = True,
+    time_limit: Optional[float] = None,
     workers: int = 1,
     executor: Optional[Executor] = None,
     scheduler: Optional[str] = None,
@@ -106,6 +107,8 @@ def explore(
         Whether the rods come to rest, with the borders held, which takes a few times as long.
     pages : bool
         Whether each variant gets a page of its own, of about 1 MB.
+    time_limit : float, optional
+        Seconds that a variant may take; one that takes longer gets an error, and is tried again in the next run.
     workers : int
         Processes; more than one need ``if __name__ == "__main__":`` in a script.
     executor : concurrent.futures.Executor, optional
@@ -149,7 +152,9 @@ def explore(
     missing = [left for left in (_without(group, results) for group in grids) if left.variants]
     by_digest = {digest_surface(surface): surface for surface in surfaces.values()}
     n_found = len(results)
-    with open_crew(by_digest, with_pages=pages, workers=workers, executor=executor, scheduler=scheduler) as crew:
+    with open_crew(
+        by_digest, with_pages=pages, time_limit=time_limit, workers=workers, executor=executor, scheduler=scheduler
+    ) as crew:
         n_all = n_found + sum(len(group.variants) for group in missing)
         update(n_found / max(n_all, 1), f"{n_found} of {n_all} variants")
         seconds = {}

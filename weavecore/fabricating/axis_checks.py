@@ -38,7 +38,7 @@ than this over an edge, which is hundreds of diameters long."""
 
 _CLASHING = (
     "These rods lie nearer to each other than their diameter, mostly at joints in tight curves or at sharp crossings. "
-    "They press each other aside by the rest, see clashes.csv; thinner rods or a larger spacing avoid it."
+    "They press each other aside by the rest, see clashes.csv; another spacing or the pattern kagome avoids most."
 )
 
 

@@ -193,9 +193,10 @@ def describe_fabrication(made: Fabrication) -> list[tuple[str, str]]:
     mass = f", {float(bom['mass'][0]):.2f} kg" if bom["mass"][0] else ""
     cut = float(bom["cut_length"][0]) / _MM_PER_M
     failed = ", ".join(one.invariant for one in made.failed)
+    n_splices = len(folder.table("splices"))
     return [
         ("rods", f"{len(folder.table('rods'))}, {cut:,.1f} m of {bom['material'][0]}{mass}"),
-        ("pieces", f"{len(folder.table('pieces'))}, {len(folder.table('splices'))} splices"),
+        ("pieces", f"{len(folder.table('pieces'))}, {n_splices} splice{'s' * (n_splices != 1)}"),
         ("stock", f"{n_bars} bars of {stock:g} m, {made['waste_pct'].value:.1f}% waste"),
         ("joints", f"{len(folder.table('joints'))}, {bom['ties'][0]} ties"),
         ("checked", summarize_checks(made.checks) + (f": {failed}; see report.txt" if failed else "")),
