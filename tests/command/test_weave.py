@@ -96,7 +96,9 @@ def test_the_edge_alone_gives_the_spacing_that_makes_the_pattern_regular(
 
 def test_the_help_of_the_edge_says_what_each_pattern_takes() -> None:
     text = " ".join(CliRunner().invoke(app, ["weave", "--help"], env={"COLUMNS": "400"}).output.split())
-    help_text = re.search(r"Edge length along the rings; by default (.+?) in the same proportion\.", text)
+    help_text = re.search(
+        r"Distance between the nodes of a ring: by default (.+?) Without --spacing it sets the spacing too\.", text
+    )
     assert help_text is not None
     squares, triangles = help_text[1].split("2/√3")
     for pattern in PATTERN_NAMES:

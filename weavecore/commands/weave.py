@@ -75,7 +75,7 @@ def weave(
             parser=length,
             metavar="LENGTH",
             help="Distance between the nodes of a ring: by default the spacing (quad, plain, twill) or 2/√3 of it "
-            "(other patterns). Without --spacing it sets the spacing too.",
+            "(triangular, hexagonal, kagome, diagonal). Without --spacing it sets the spacing too.",
         ),
     ] = None,
     pattern: Annotated[
