@@ -56,6 +56,7 @@ def weave_all(samples: list[str], patterns: list[str]) -> dict[str, dict[str, st
 def described(content: bytes) -> dict[str, object]:
     """Hashes and places of a JSON result."""
     result = json.loads(content)
+    result["lattice"]["faces"] = [from_least(face) for face in result["lattice"]["faces"]]
     parts = [[result[part][key] for key in keys] for part, keys in TOPOLOGY.items()]
     parts.append([[s["family"], s["nodes"], s["closed"]] for s in result["strands"]])
     parts.append([[c["node"], c["over"], c["under"]] for c in result["crossings"]])
@@ -65,6 +66,12 @@ def described(content: bytes) -> dict[str, object]:
         "bytes": hashlib.sha256(content).hexdigest(),
         "places": places,
     }
+
+
+def from_least(face: list[int]) -> list[int]:
+    """The same face, from its least node on."""
+    k = face.index(min(face))
+    return face[k:] + face[:k]
 
 
 def run(python: str, settings: dict[str, str], options: argparse.Namespace) -> dict[str, dict[str, object]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import struct
 import zlib
@@ -133,13 +134,13 @@ def _change_at(holder: Any, key: Any, others: list[Any], draw: Generator) -> Non
     if way == 0:
         del holder[key]
     elif way == 1:
-        holder[key] = others[int(draw.integers(0, len(others)))]
+        holder[key] = copy.deepcopy(others[int(draw.integers(0, len(others)))])
     elif way == 2 and isinstance(holder, list):
-        holder.insert(key, holder[key])
+        holder.insert(key, copy.deepcopy(holder[key]))
     elif way == 3 and isinstance(holder[key], float):
         holder[key] *= [-1, 0, 2, 1e-3, 1e6, 1e-300][int(draw.integers(0, 6))]
     else:
-        holder[key] = _ODD[int(draw.integers(0, len(_ODD)))]
+        holder[key] = copy.deepcopy(_ODD[int(draw.integers(0, len(_ODD)))])
 
 
 def damages_of(name: str) -> list[Damage]:
