@@ -209,7 +209,7 @@ class _Search:
             k += 1
             factors, n_negative = self._factorised(y, forces, damping)
             is_indefinite = n_negative > 0
-            if is_indefinite:
+            if is_indefinite and not damping:
                 factors, n_negative = self._factorised(y, forces.without_compression(), damping)
             if n_negative:
                 break
