@@ -24,7 +24,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inner, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inner, rows_of, unit_vectors
 from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,
@@ -172,7 +172,7 @@ class _Sites:
         size = np.maximum(dots(area, area), np.finfo(float).tiny)
         pairs = ((b, c), (c, a), (a, b))
         weight = np.stack([dots(cross(p - points, q - points), area) / size for p, q in pairs], axis=1)
-        return _unit(self._weighted_normals(face, np.clip(weight, 0.0, 1.0)))
+        return unit_vectors(self._weighted_normals(face, np.clip(weight, 0.0, 1.0)))
 
     def _weighted_normals(self, face: Ints, weight: Floats) -> Floats:
         """Normals of the corners of faces, blended by weights (n, 3), not of unit length."""
@@ -191,7 +191,7 @@ class _Sites:
         slide = np.flatnonzero(self.slides)
         probe = _PROBE * self._mean
         ahead, behind = (self._on_polylines(slide, station[slide] + step) for step in (probe, -probe))
-        return _unit(ahead[0] - behind[0])
+        return unit_vectors(ahead[0] - behind[0])
 
     def _on_polylines(self, nodes: Ints, station: Floats) -> tuple[Floats, Floats]:
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[nodes]
@@ -213,7 +213,7 @@ class _Sites:
         normals[roam] = self._blend(face, nodes[roam])
         # Segments of polylines lie within faces, where the normals are blended as they are along the segments.
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[slide]
-        normals[slide] = _unit(interpolated_at(polylines, self._polyline_normals, latitude, station[slide]))
+        normals[slide] = unit_vectors(interpolated_at(polylines, self._polyline_normals, latitude, station[slide]))
         return _Place(nodes, station, normals)
 
 
@@ -259,14 +259,8 @@ def _turns_about(lattice: Lattice) -> Floats:
 def _tangents(normals: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors (n, 3) each, normal to the given and to each other."""
     least = np.argmin(np.abs(normals), axis=1)
-    u = cross(normals, np.eye(3)[least])
-    u /= np.maximum(np.linalg.norm(u, axis=1, keepdims=True), np.finfo(float).tiny)
+    u = unit_vectors(cross(normals, np.eye(3)[least]))
     return u, cross(normals, u)
-
-
-def _unit(vectors: Floats) -> Floats:
-    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
-    return unit
 
 
 def _vertex_normals(surface: SurfaceMesh) -> Floats:
@@ -276,7 +270,7 @@ def _vertex_normals(surface: SurfaceMesh) -> Floats:
     total: Floats = np.stack(
         [np.bincount(surface.faces.ravel(), np.repeat(area[:, k], 3), surface.n_vertices) for k in range(3)], axis=1
     )
-    return _unit(total)
+    return unit_vectors(total)
 
 
 class _Problem:

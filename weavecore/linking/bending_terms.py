@@ -34,6 +34,7 @@ from weavecore.geometry.arrays import (
     dots,
     inverted,
     next_in_loop,
+    previous_in_loop,
     small_products,
 )
 from weavecore.geometry.matching import ALONE
@@ -551,8 +552,7 @@ def corners_of(lattice: Lattice) -> FaceCorners:
         In the order of ``lattice.face_nodes``.
     """
     following = next_in_loop(lattice.face_offsets)
-    preceding = np.empty_like(following)
-    preceding[following] = np.arange(len(following))
+    preceding = previous_in_loop(lattice.face_offsets)
     nodes = lattice.face_nodes
     return FaceCorners(nodes, nodes[preceding], nodes[following])
 

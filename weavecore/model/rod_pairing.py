@@ -21,7 +21,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Ints
+from weavecore.geometry.arrays import Bools, Ints, unit_vectors
 from weavecore.geometry.matching import match_greedily, pairs_of_equals
 from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, Lattice
@@ -48,7 +48,7 @@ def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None) -> Ints:
     """
     tail = lattice.edges.ravel()
     away = lattice.nodes[lattice.edges[:, ::-1].ravel()] - lattice.nodes[tail]
-    away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
+    away = unit_vectors(away)
     family = np.repeat(lattice.edge_family, 2)
     is_ring = family == LATITUDINAL
     one, other = pairs_of_equals(tail)

@@ -20,7 +20,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of, unit_vectors
 from weavecore.geometry.eigenvectors import least_eigenvectors
 from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
@@ -228,7 +228,7 @@ def _overhangs(points: Floats, strands: Strands, longest: Floats) -> Floats:
 
 def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:
     """Unit vectors (N, 3) most nearly normal to all tangents at each node, on the surface's outer side."""
-    unit = tangents / np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), np.finfo(float).tiny)
+    unit = unit_vectors(tangents)
     form = np.zeros((len(outward), 3, 3))
     np.add.at(form, nodes, unit[:, :, None] * unit[:, None, :])
     form -= _TOWARDS_SURFACE * outward[:, :, None] * outward[:, None, :]

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Floats, dots, rows_of
+from weavecore.geometry.arrays import Floats, dots, rows_of, unit_vectors
 from weavecore.geometry.splines import SplineRows, as_b_splines
 from weavecore.model.joints import Clashes
 from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
@@ -88,8 +88,7 @@ def _shorter(axes: RodAxes, diameters: Floats, clashes: Clashes) -> Floats:
     diameter = diameters[strand]
     for end, way in ((0, -1.0), (1, 1.0)):
         outermost = axes.offsets[strand] if end == 0 else axes.offsets[strand + 1] - 1
-        slope = way * axes.derivatives[outermost]
-        along = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny)
+        along = unit_vectors(way * axes.derivatives[outermost])
         beyond = place - axes.points[outermost]
         reach = dots(beyond, along)
         aside = np.linalg.norm(beyond - reach[:, None] * along, axis=1)
