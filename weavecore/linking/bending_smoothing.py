@@ -56,9 +56,6 @@ FREE_ON_SURFACE = ("kagome", "diagonal")
 WEAVE_RISE = {"triangular": 0.0, "twill": 0.25}
 """Undulation of rods over that of over and under in turn: none in stacked layers, a quarter in over two, under two."""
 
-_SPACING_IN_RODS = 48.0
-"""Spacing, or mean edge where that is shorter, over the diameter that is reckoned with where none is given."""
-
 _ADMISSIBLE_RADIUS = 93.75
 """Least radius over diameter that is aimed at: that of pultruded GFRP under long-term load."""
 
@@ -101,7 +98,7 @@ def smooth_bending(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        That of the rods that are to pass, in the model's unit; by default a 48th of the spacing, or of the mean edge.
+        That of the rods that are to pass, in the model's unit; by default `Lattice.assumed_diameter`.
     admissible_radius : float
         Least radius to which these rods can be bent, in diameters.
     free_rings : bool
@@ -116,7 +113,7 @@ def smooth_bending(
     sites = _find_sites(lattice, is_free=is_free)
     if sites.n_unknowns == 0:
         return lattice
-    diameter = _usual_diameter(lattice) if rod_diameter is None else rod_diameter
+    diameter = lattice.assumed_diameter if rod_diameter is None else rod_diameter
     place = _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes))
     problem = _Problem(lattice, sites, diameter, 1.0 / (admissible_radius * diameter))
     # On the surface nodes straighten most turns; what turns then as sharply as to be broken holds up no other.
@@ -126,10 +123,6 @@ def smooth_bending(
             problem.take(joints)
             place = _descend(problem, place)
     return replace(lattice, nodes=place.nodes, node_station=place.station, off_latitudes=is_free)
-
-
-def _usual_diameter(lattice: Lattice) -> float:
-    return min(lattice.latitudes.spacing, float(lattice.edge_lengths.mean())) / _SPACING_IN_RODS
 
 
 @dataclass(frozen=True, eq=False)

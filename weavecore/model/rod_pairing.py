@@ -2,9 +2,9 @@ r"""Pairs of edges at a node that one rod follows.
 
 A *dart* is an edge with a direction: dart ``2 * e`` leaves the first node of edge ``e``, dart ``2 * e + 1`` its second.
 At each node the darts are paired so that rods bend least: two rods that cross at a node of four edges each go straight
-across; elsewhere the least bend goes first.  No rod turns by more than `MOST_TURN`.  A ring keeps to itself; where one
-turns by more and is broken, or is opened as a hoop is, its ends may run on along links, but only for the sake of rods
-that would be short::
+across; elsewhere the least bend goes first.  No rod turns by more than `MOST_TURN`: a ring that would is broken.  The
+ends of a broken ring run on along links only where a rod would be short otherwise (`rod_ends`), and for such a rod a
+long ring may be opened::
 
         ring \   / ring
               \ /

@@ -6,7 +6,8 @@
      ────┼──────────┼──────────┼──────────┼────        the axis runs on straight beyond the outermost visits
      overhang                          overhang
 
-Only the ends change: stations shift by what the start of their rod gains.  Linear in the visits, but for the clashes.
+Where an overhang runs into another rod it is shortened, as far as a tie still holds.  Only the ends change: stations
+shift by what the start of their rod gains.  Linear in the visits, but for the clashes.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from weavecore.weaving.clearance import find_clashes
 
 _LEAST, _GAP = 5.0, 2.0
 """Diameters: an overhang that is shortened keeps the first, and ends at least the second before the nearest place."""
+
 _MOST_ROUNDS = 4
 """Each round shortens an overhang by two diameters or more, so that three lead from ten to the least length."""
 
