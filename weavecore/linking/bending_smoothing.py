@@ -54,7 +54,7 @@ FREE_ON_SURFACE = ("kagome", "diagonal")
 """Patterns without inner rings: their nodes go anywhere on the surface."""
 
 WEAVE_RISE = {"triangular": 0.0, "twill": 0.25}
-"""Undulation of rods over that of over and under in turn: none in stacked layers, a quarter in over two, under two."""
+"""Undulation of rods over that of a plain weave: none in stacked layers, a quarter in over two, under two."""
 
 _ADMISSIBLE_RADIUS = 93.75
 """Least radius over diameter that is aimed at: that of pultruded GFRP under long-term load."""
@@ -66,13 +66,13 @@ _MOST_TRIES = 6
 """Steps that are tried from one place, each with more damping."""
 
 _LONGEST_STEP = 0.15
-"""Parts of the mean edge that a node goes in a step: normals and closest points stay trustworthy."""
+"""Part of the mean edge by which a node moves in a step at most: normals and closest points stay near those before."""
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-5, 1e4
 """Levenberg-Marquardt damping, relative to the diagonal of the Hessian."""
 
 _GOOD, _FAIR = 0.5, 0.1
-"""What the sum fell by over what the quadratic model promised: above, damping is eased by 4 or 2, below it doubles."""
+"""Fall of the sum over that of the quadratic model: above these, damping is divided by 4 or 2; below, it doubles."""
 
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
@@ -135,7 +135,7 @@ class _Place:
 
 
 class _Sites:
-    """Which nodes go along polylines, which anywhere on the surface; the others stay.
+    """Which nodes move along polylines, and which anywhere on the surface; the others stay.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class _Sites:
         return normals
 
     def directions(self, place: _Place) -> Floats:
-        """(N, 3, 2) the ways that nodes may go: one along a polyline, two in the tangent plane, or none."""
+        """(N, 3, 2) unit directions in which nodes move: one along a polyline, two in the tangent plane, or none."""
         slide, roam = np.flatnonzero(self.slides), np.flatnonzero(self.roams)
         ways = np.zeros((len(self.slides), 3, 2))
         ways[slide, :, 0] = self._ring_tangents(place.station)
@@ -211,7 +211,7 @@ class _Sites:
 
 
 def _find_sites(lattice: Lattice, *, is_free: bool) -> _Sites:
-    """Nodes of borders go along these, but for corners; nodes of rings along their rings, or all on the surface."""
+    """Nodes of borders move along these, but for corners; those of rings along their rings, or anywhere if free."""
     latitudes = lattice.latitudes
     polylines = latitudes.polylines
     _, is_border = edge_of_sides(lattice)
@@ -281,7 +281,7 @@ class _Problem:
         self.mean = float(length.mean())
 
     def take(self, joints: RodJoints) -> None:
-        """Reckon with these joints."""
+        """Take the joints whose bending counts, and set up the equations for them."""
         self._joints, self._stencils = joints, find_stencils(joints)
         stencils = [self._stencils.nodes, self.edges, self._corners.stencils]
         self.equations = NormalEquations(stencils, np.diff(self.sites.first))
@@ -317,7 +317,7 @@ class _Problem:
 
 
 def _descend(problem: _Problem, place: _Place) -> _Place:
-    """Steps of Levenberg and Marquardt until the sum hardly falls."""
+    """Take steps of Levenberg and Marquardt until the sum hardly falls."""
     value, damping = problem.value(place), _FIRST_DAMPING
     equations = problem.equations
     for _ in range(_MOST_STEPS):
