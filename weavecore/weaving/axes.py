@@ -23,10 +23,10 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of, unit_vectors
 from weavecore.geometry.eigenvectors import least_eigenvectors
-from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
+from weavecore.geometry.splines import BSplineRows, SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
-from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
+from weavecore.model.rod_axes import CurveRows, RodAxes, tip_parameters, with_tips
 from weavecore.model.strands import Strands
 from weavecore.polling import each
 from weavecore.weaving.clearance import gaps_at_joints
@@ -200,21 +200,18 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
     """
     points, rows = fit.points, fit.rows
     overhangs = _overhangs(points, strands, longest)
-    parameters, ends = tip_parameters(rows, strands.offsets, overhangs)
-    tipped = with_tips(points, rows.derivatives, parameters, strands.offsets, strands.closed, ends, overhangs)
-    curves = SplineRows(tipped.derivatives, tipped.parameters, ends)
-    drawn = as_b_splines(curves, tipped.points, tipped.offsets, strands.closed)
+    tipped, drawn = extend_to_tips(points, rows, strands.offsets, strands.closed, overhangs)
     step = _STEP * min(lattice.edge_length, lattice.latitudes.spacing)
     samples = sample_curves(
-        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, strands.closed, ends, step=step
+        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, strands.closed, tipped.ends, step=step
     )
     return RodAxes(
         offsets=strands.offsets,
         closed=strands.closed,
         points=points,
         derivatives=rows.derivatives,
-        parameters=parameters,
-        ends=ends,
+        parameters=tipped.parameters[tipped.visits],
+        ends=tipped.ends,
         overhangs=overhangs,
         knot_offsets=drawn.knot_offsets,
         knots=drawn.knots,
@@ -224,6 +221,35 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
         lengths=samples.stations[samples.offsets[1:] - 1],
         layer_offsets=fit.layer_offsets,
     )
+
+
+def extend_to_tips(
+    points: Floats, rows: SplineRows, offsets: Ints, closed: Bools, overhangs: Floats
+) -> tuple[CurveRows, BSplineRows]:
+    """Extend the splines of open rods straight to the tips of their overhangs.
+
+    Parameters
+    ----------
+    points : (M, 3) float64
+        Of the axes at the visits.
+    rows : SplineRows
+        Through the points, from the first visit of each rod to its last.
+    offsets : (S+1,) int64
+    closed : (S,) bool
+    overhangs : (S, 2) float64
+        At the start and the end of each rod; 0 of rings.
+
+    Returns
+    -------
+    curves : CurveRows
+        Of the visits and the tips.
+    splines : BSplineRows
+        The same in B-spline form.
+    """
+    parameters, ends = tip_parameters(rows, offsets, overhangs)
+    curves = with_tips(points, rows.derivatives, parameters, offsets, closed, ends, overhangs)
+    tipped_rows = SplineRows(curves.derivatives, curves.parameters, ends)
+    return curves, as_b_splines(tipped_rows, curves.points, curves.offsets, closed)
 
 
 def _overhangs(points: Floats, strands: Strands, longest: Floats) -> Floats:

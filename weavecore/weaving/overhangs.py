@@ -18,10 +18,11 @@ import numpy as np
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, dots, rows_of, unit_vectors
-from weavecore.geometry.splines import SplineRows, as_b_splines
+from weavecore.geometry.splines import SplineRows
 from weavecore.model.joints import Clashes
-from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
+from weavecore.model.rod_axes import RodAxes
 from weavecore.model.weave import Weave
+from weavecore.weaving.axes import extend_to_tips
 from weavecore.weaving.clearance import find_clashes
 
 _LEAST, _GAP = 5.0, 2.0
@@ -109,15 +110,11 @@ def _with_lengths(axes: RodAxes, overhangs: Floats) -> RodAxes:
     first, last = axes.offsets[:-1], axes.offsets[1:] - 1
     bare = axes.parameters - axes.parameters[first][rows_of(axes.offsets)]
     inner = SplineRows(axes.derivatives, bare, np.where(axes.closed, axes.ends, bare[last]))
-    parameters, ends = tip_parameters(inner, axes.offsets, overhangs)
-    tipped = with_tips(axes.points, axes.derivatives, parameters, axes.offsets, axes.closed, ends, overhangs)
-    drawn = as_b_splines(
-        SplineRows(tipped.derivatives, tipped.parameters, ends), tipped.points, tipped.offsets, axes.closed
-    )
+    tipped, drawn = extend_to_tips(axes.points, inner, axes.offsets, axes.closed, overhangs)
     return replace(
         axes,
-        parameters=parameters,
-        ends=ends,
+        parameters=tipped.parameters[tipped.visits],
+        ends=tipped.ends,
         overhangs=overhangs,
         knot_offsets=drawn.knot_offsets,
         knots=drawn.knots,
