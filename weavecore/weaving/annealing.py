@@ -33,8 +33,8 @@ _MOST_WORK = 4_000_000
 _HOT, _COLD = 0.5, 0.1
 """Temperatures at the first and the last sweep: one more conflict is kept in 14 % of trials, then in hardly any."""
 
-_MOST_CHANGE = 8
-"""By how many conflicts one joint can change: two rods, each with two neighbours, may come and go."""
+_MOST_CHANGE = 4
+"""By how many conflicts one joint can change: its outermost and its innermost rod have two neighbours each."""
 
 _SEED = 2016
 _NONE = -1
