@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from ghpython.stubs import Canvas, Ran, install, run_component
-from weavecore.canvas.keeping import Shelf
+from weavecore.canvas.caching import ComponentCache
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
 
@@ -33,16 +33,16 @@ def stages(_stubbed: Canvas, dome: str) -> dict[str, Ran]:
     return {**ran, "measure": measure}
 
 
-def copied(shelf: Shelf) -> Shelf:
-    twin = copy(shelf)
-    twin._outcomes, twin.down, twin.pressed = shelf._outcomes.copy(), set(shelf.down), set(shelf.pressed)
+def copied(cache: ComponentCache) -> ComponentCache:
+    twin = copy(cache)
+    twin._outcomes, twin.down, twin.pressed = cache._outcomes.copy(), set(cache.down), set(cache.pressed)
     return twin
 
 
 @pytest.fixture
 def canvas(_stubbed: Canvas) -> Iterator[Canvas]:
     """Grasshopper's modules, stubbed; what a test leaves in the sticky is taken out again."""
-    before = {name: copied(shelf) for name, shelf in _stubbed.sticky.items()}
+    before = {name: copied(cache) for name, cache in _stubbed.sticky.items()}
     yield _stubbed
     _stubbed.is_escape_down = False
     _stubbed.sticky.clear()

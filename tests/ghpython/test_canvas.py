@@ -15,7 +15,7 @@ import rhino3dm
 import rhino_shapes
 from ghpython.stubs import Canvas, Component, DataTree, GhPath, Ran
 from weavecore.canvas import Run, measure, read_geometry, solve
-from weavecore.canvas.keeping import shelf_of
+from weavecore.canvas.caching import cache_of
 from weavecore.canvas.solve import Indistinct, digest
 from weavecore.canvas.trees import data_tree, grouped
 from weavecore.errors import NonManifold, Unsupported
@@ -78,7 +78,7 @@ def test_a_list_that_runs_through_a_component_is_kept_whole_and_twice(canvas: Ca
             component.RunCount = i + 1
             run_once(note(done), component, sticky, x=first + i)
     assert done[:24] == [*range(12), *range(100, 112)], "what was set back was computed again"
-    assert len(shelf_of(component, sticky)) == 24, "memory grows with the steps of a slider"
+    assert len(cache_of(component, sticky)) == 24, "memory grows with the steps of a slider"
 
 
 def test_branches_and_messages_begin_with_the_run(canvas: Canvas) -> None:

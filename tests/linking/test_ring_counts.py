@@ -10,10 +10,12 @@ from weavecore.linking.ring_counts import EVENNESS, Balance, choose_counts
 CHAIN = [Balance(np.array([k, k + 1]), np.array([1, -1]), np.zeros(2)) for k in range(9)]
 
 
-def counts_of(ideal: np.ndarray, *, step: int = 1, odd: int = 0, slack: float = 1.4, jump: float = 0.0) -> np.ndarray:
+def counts_of(
+    ideal: np.ndarray, *, step: int = 1, remainder: int = 0, slack: float = 1.4, jump: float = 0.0
+) -> np.ndarray:
     n = len(ideal)
     return choose_counts(
-        ideal, np.arange(n), CHAIN[: n - 1], np.zeros(n, bool), step=step, odd=odd, slack=slack, jump=jump
+        ideal, np.arange(n), CHAIN[: n - 1], np.zeros(n, bool), step=step, remainder=remainder, slack=slack, jump=jump
     )
 
 
@@ -45,15 +47,15 @@ def test_a_dear_change_makes_few_large_ones() -> None:
     assert changes[1] < changes[0]
 
 
-@pytest.mark.parametrize(("step", "odd"), [(2, 0), (4, 0), (2, 1)])
-def test_counts_are_multiples_with_a_rest(step: int, odd: int) -> None:
-    assert (counts_of(np.linspace(40.0, 12.0, 8), step=step, odd=odd) % step == odd).all()
+@pytest.mark.parametrize(("step", "remainder"), [(2, 0), (4, 0), (2, 1)])
+def test_counts_are_multiples_plus_a_remainder(step: int, remainder: int) -> None:
+    assert (counts_of(np.linspace(40.0, 12.0, 8), step=step, remainder=remainder) % step == remainder).all()
 
 
 def test_a_branch_keeps_to_its_length() -> None:
     ideal = np.array([40.0, 38.0, 30.0])
     branches = np.array([False, False, True])
-    counts = choose_counts(ideal, np.arange(3), CHAIN[:2], branches, step=1, odd=0, slack=1.4, jump=0.0)
+    counts = choose_counts(ideal, np.arange(3), CHAIN[:2], branches, step=1, remainder=0, slack=1.4, jump=0.0)
     assert abs(counts[2] - 30) <= 1
 
 
@@ -62,7 +64,7 @@ def test_where_a_ring_splits_its_count_is_the_sum_of_those_of_its_children_and_o
     split = Balance(np.array([1, 2, 3]), np.array([1, -1, -1]), np.array([0.1, 0.0, 0.0]))
     for bands in ([CHAIN[0], split], [split, CHAIN[0]]):
         counts = choose_counts(
-            ideal, np.array([0, 1, 2, 2]), bands, np.zeros(4, bool), step=1, odd=0, slack=1.4, jump=0.0
+            ideal, np.array([0, 1, 2, 2]), bands, np.zeros(4, bool), step=1, remainder=0, slack=1.4, jump=0.0
         )
         assert counts[0] == counts[1]
         assert counts[1] - 2 * np.rint(0.05 * counts[1]) == counts[2] + counts[3]
@@ -74,7 +76,7 @@ def test_the_sum_over_a_split_is_the_least_of_all_counts() -> None:
         Balance(np.array([0, 1, 2]), np.array([1, -1, -1]), np.zeros(3)),
         Balance(np.array([2, 3]), np.array([1, -1]), np.zeros(2)),
     ]
-    found = choose_counts(ideal, generation, bands, np.zeros(4, bool), step=1, odd=0, slack=1.6, jump=0.3)
+    found = choose_counts(ideal, generation, bands, np.zeros(4, bool), step=1, remainder=0, slack=1.6, jump=0.3)
 
     def cost(n: np.ndarray) -> float:
         off = [abs(n[0] - n[1] - n[2]), abs(n[2] - n[3])]

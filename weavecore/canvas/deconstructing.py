@@ -1,10 +1,10 @@
-"""*Deconstruct Lattice* and *Deconstruct Weave*: what a result holds, in trees whose branches match.
+"""*Deconstruct Lattice* and *Deconstruct Weave*: what a result holds, in trees whose branches match::
 
-lattice   {family}           edges, and the nodes at their starts and ends; latitudinal, longitudinal, pocket
-{face}             nodes around each face
-weave     {family}           rods, names, diameters, lengths; in the order L, A, B, P
-{family; place}    joints and stations along each rod
-{joint}            names of the rods that cross there, from the innermost to the outermost
+lattice {family}        edges, and the nodes at their starts and ends; latitudinal, longitudinal, pocket
+        {face}          nodes around each face
+weave   {family}        rods, names, diameters, lengths; in the order L, A, B, P
+        {family; place} joints and stations along each rod
+        {joint}         names of the rods that cross there, from the innermost to the outermost
 """
 
 from __future__ import annotations

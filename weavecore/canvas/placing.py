@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-from weavecore.canvas.keeping import Shelf
+from weavecore.canvas.caching import ComponentCache
 
 _DELAY = 5
 """Milliseconds after the solution."""
@@ -19,22 +19,22 @@ _LEFT, _HEIGHT = 190.0, 26.0
 """How far left of the component lists stand, and how far from one to the next, in pixels."""
 
 
-def offer_lists(component: Any, shelf: Shelf, lists: Mapping[str, Sequence[str]]) -> None:
+def offer_lists(component: Any, cache: ComponentCache, lists: Mapping[str, Sequence[str]]) -> None:
     """Have lists made for a component that was just placed.
 
     Parameters
     ----------
     component : IGH_Component
-    shelf : Shelf
+    cache : ComponentCache
         Of the component, which remembers that lists were made.
     lists : mapping of str to sequence of str
         What each input takes, the default first.
     """
     document = component.OnPingDocument()
     is_wired = any(parameter.SourceCount > 0 for parameter in component.Params.Input)
-    if not lists or shelf.has_lists or is_wired or not hasattr(document, "ScheduleSolution"):
+    if not lists or cache.has_lists or is_wired or not hasattr(document, "ScheduleSolution"):
         return
-    shelf.has_lists = True
+    cache.has_lists = True
     delegate: Any = import_module("Grasshopper.Kernel").GH_Document.GH_ScheduleDelegate
     document.ScheduleSolution(_DELAY, delegate(lambda place: _add_lists(place, component, lists)))
 

@@ -17,7 +17,7 @@ import numpy as np
 from weavecore.canvas.inputs import named
 from weavecore.canvas.solve import Run
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of, unit_vectors
 from weavecore.model import Equilibrium, Weave
 from weavecore.palette import WOVEN, latitude_colours, utilisation_colours
 from weavecore.viewing.page.page_equilibrium import stations_at_points
@@ -142,7 +142,7 @@ def _pipes_of(weave: Weave, at_rest: Optional[Equilibrium], amplitude: float) ->
     kept = _turns(tangents, samples.offsets)
     points, normals, tangents, rod = points[kept], normals[kept], tangents[kept], rod[kept]
     bounds = np.searchsorted(kept, samples.offsets)
-    across = _unit(np.cross(normals, tangents))
+    across = unit_vectors(np.cross(normals, tangents))
     upward = np.cross(tangents, across)
     angle = 2 * np.pi * np.arange(_SIDES) / _SIDES
     rings = np.cos(angle)[:, None] * across[:, None] + np.sin(angle)[:, None] * upward[:, None]
@@ -155,11 +155,11 @@ def _pipes_of(weave: Weave, at_rest: Optional[Equilibrium], amplitude: float) ->
 
 def _tangents(points: Floats, offsets: Ints) -> Floats:
     """Unit directions along rows of points."""
-    chords = _unit(np.diff(points, axis=0, append=points[-1:]))
+    chords = unit_vectors(np.diff(points, axis=0, append=points[-1:]))
     chords[offsets[1:] - 1] = chords[offsets[1:] - 2]
     before = np.roll(chords, 1, axis=0)
     before[offsets[:-1]] = chords[offsets[:-1]]
-    return _unit(chords + before)
+    return unit_vectors(chords + before)
 
 
 def _turns(tangents: Floats, offsets: Ints) -> Ints:
@@ -182,11 +182,6 @@ def _known_visits(weave: Weave, gap: float) -> tuple[Floats, Ints]:
 
 def _along(at: Floats, known_at: Floats, known: Floats) -> Floats:
     return np.stack([np.interp(at, known_at, column) for column in known.T], axis=1)
-
-
-def _unit(vectors: Floats) -> Floats:
-    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
-    return unit
 
 
 def _colours(value: Union[Weave, Equilibrium], by: str, step: Ints) -> Ints:

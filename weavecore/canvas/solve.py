@@ -5,7 +5,7 @@
 The hash covers the values of all inputs, the files that they name, the unit of the document and the code of `compute`;
 an input that cannot be hashed is computed each time.  Grasshopper runs a component several times in one solution where
 lists or branches come to inputs that take one item or one list: the branches of its trees, and its messages, begin with
-the number of the run.  What is kept of a component grows with its runs, and goes with it (`keeping`).
+the number of the run.  What is kept of a component grows with its runs, and goes with it (`caching`).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from weavecore.canvas.keeping import pressed, runs_of, shelf_of
+from weavecore.canvas.caching import cache_of, pressed, runs_of
 from weavecore.canvas.placing import offer_lists
 from weavecore.canvas.trees import data_tree
 from weavecore.errors import UnitUnknown, Unsupported, WeaveError
@@ -182,26 +182,26 @@ def solve(
     inputs = {**inputs, **pressed(component, sticky, {name: inputs[name] for name in buttons}, number)}
     missing = [name for name in needs if inputs[name] is None]
     if missing:
-        offer_lists(component, shelf_of(component, sticky), lists or {})
+        offer_lists(component, cache_of(component, sticky), lists or {})
         wired = [name for name in missing if _is_wired(component, name)]
         balloons = tuple((WARNING, f"{name}: nothing comes through the wire.") for name in wired)
         _show(component, _numbered(Outcome(nothing, "", balloons), number, count))
         return nothing
-    shelf, folder = shelf_of(component, sticky), _folder_of(component)
+    cache, folder = cache_of(component, sticky), _folder_of(component)
     is_pressed = any(inputs[name] for name in buttons)
     asked = {**inputs, **dict.fromkeys(buttons)}
     key = _key_of(compute, asked, folder, number) if is_kept or buttons else None
     # What a button gave is shown after it is released, until another input changes.
-    outcome = None if is_pressed else shelf.get(key)
+    outcome = None if is_pressed else cache.get(key)
     if outcome is None:
         outcome = _numbered(_run(component, compute, inputs, needs, nothing, number), number, count)
         if outcome.is_cancelled:
-            shelf.down.clear()
+            cache.down.clear()
         elif is_pressed:
             # A file that was written, and that an input names, makes another input.
-            shelf.put(_key_of(compute, asked, folder, number), outcome, count)
+            cache.put(_key_of(compute, asked, folder, number), outcome, count)
         elif is_kept and outcome.is_kept:
-            shelf.put(key, outcome, count)
+            cache.put(key, outcome, count)
     _show(component, outcome)
     outputs: Outputs = outcome.outputs
     return outputs

@@ -20,7 +20,7 @@ from weavecore.fabricating.steps import Step
 from weavecore.fabricating.ties import Ties, size_of_tie
 from weavecore.fabricating.workshop import KG_PER_MM3, LABELS_PER_PIECE, SLEEVE, Workshop
 from weavecore.fabricating.written_axes import AXIS_DIGITS
-from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.geometry.arrays import Floats, Ints, rows_of, unit_vectors
 from weavecore.geometry.splines import cubic_points, span_ends
 from weavecore.model import FAMILIES
 
@@ -321,7 +321,7 @@ def _steps(plan: RodPlan) -> Floats:
     start, stop, width = span_ends(rows.parameters, rows.offsets, axes.closed, rows.ends)
     ends = (rows.points[start], rows.points[stop], rows.derivatives[start], rows.derivatives[stop])
     slopes = [cubic_points(*ends, width, np.full(len(start), t))[1] for t in np.linspace(0, 1, _PROBES)]
-    unit = [slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny) for slope in slopes]
+    unit = [unit_vectors(slope) for slope in slopes]
     turn = np.max([np.linalg.norm(b - a, axis=1) for a, b in zip(unit, unit[1:])], axis=0)
     curvature = turn * (_PROBES - 1) / width
     steps: Floats = np.sqrt(8 * _SAG / np.maximum(curvature, 8 * _SAG / _LONGEST_STEP**2))

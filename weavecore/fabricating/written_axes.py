@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, dots, offsets_of, range_maxima, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, dots, offsets_of, range_maxima, rows_of, unit_vectors
 from weavecore.geometry.splines import cubic_curvatures, cubic_points, fit_derivatives
 
 AXIS_DIGITS = 6
@@ -208,7 +208,7 @@ class WrittenAxes:
         """Points and unit tangents (m, 3) at stations of rods (m,), which go around rings and stop at open ends."""
         span, width, t = self._spans_at(rod, station)
         point, slope = self._hermite(span, width, t)
-        return point, slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny)
+        return point, unit_vectors(slope)
 
     def _spans_at(self, rod: Ints, station: Floats) -> tuple[Ints, Floats, Floats]:
         """The span (m,) at stations of rods, its width in stations, and the part of it, from 0 to 1."""

@@ -1,4 +1,4 @@
-"""Read-only arrays, ragged arrays, permutations and connected components: the array helpers of the package.
+"""Read-only arrays, products, ragged arrays, permutations and components: the array helpers of the package.
 
 A *ragged* array is many short rows end to end in one array ``values``, with ``offsets`` (P+1,): row ``p`` is
 ``values[offsets[p]:offsets[p + 1]]``, as in shapely 2::
@@ -74,7 +74,7 @@ def dots(a: Floats, b: Floats) -> Floats:
 
 
 def inner(a: Floats, b: Floats) -> float:
-    """Inner product of two vectors, with the same last bit on every processor, as that of BLAS has not.
+    """Inner product of two vectors; unlike BLAS, with the same last bit on every processor.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def inner(a: Floats, b: Floats) -> float:
 
 
 def small_products(a: Floats, b: Floats) -> Floats:
-    """Products of stacks of small matrices, with the same last bit on every processor, as those of BLAS have not.
+    """Products of stacks of small matrices; unlike BLAS, with the same last bit on every processor.
 
     Parameters
     ----------
@@ -99,6 +99,21 @@ def small_products(a: Floats, b: Floats) -> Floats:
     for k in range(1, a.shape[-1]):
         total += a[..., :, k, None] * b[..., None, k, :]
     return total
+
+
+def unit_vectors(vectors: Floats) -> Floats:
+    """Vectors divided by their lengths; those without a length stay 0.
+
+    Parameters
+    ----------
+    vectors : (..., k) float64
+
+    Returns
+    -------
+    (..., k) float64
+    """
+    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), np.finfo(float).tiny)
+    return unit
 
 
 def cross(a: Floats, b: Floats) -> Floats:

@@ -1,8 +1,8 @@
 """Conjugate gradients for sparse symmetric systems, in one thread.
 
-BLAS divides an inner product of more than ten thousand numbers among threads.  In a loop of many short products these
-wait for each other longer than they work, and sums depend on the number of processors and on its kernels.  Here each is
-summed in one thread (`arrays.inner`): fast, and the same on every machine.
+BLAS divides an inner product of more than ten thousand numbers among threads, which in a loop of short products wait
+for each other longer than they work; and its sums depend on the number of threads and on its kernels.  Here each is
+summed in one thread (`arrays.inner`): fast, and with the same last bit on every machine.
 
 Source: Hestenes and Stiefel 1952; Nocedal and Wright 2006, *Numerical Optimization*, algorithm 5.3.
 """
@@ -33,7 +33,7 @@ def conjugate_gradients(
     matrix : (n, n) csr_matrix
     right : (n,) float64
     tolerance : float
-        Length of the residual over that of the right-hand side at which the iteration ends.
+        Norm of the residual over that of the right-hand side at which the iteration ends.
     most_iterations : int
     precondition : callable, optional
         Multiplies a vector by about the inverse of the matrix.
@@ -44,18 +44,18 @@ def conjugate_gradients(
     is_solved : bool
         Whether the tolerance was reached.
     """
-    solution, rest = np.zeros(len(right)), right.copy()
-    least = tolerance * np.sqrt(inner(right, right))
-    way, last = np.zeros(len(right)), 1.0
+    solution, residual = np.zeros(len(right)), right.copy()
+    limit = tolerance * np.sqrt(inner(right, right))
+    direction, last = np.zeros(len(right)), 1.0
     for _ in each(range(most_iterations)):
-        if np.sqrt(inner(rest, rest)) <= least:
+        if np.sqrt(inner(residual, residual)) <= limit:
             return solution, True
-        steered = rest if precondition is None else precondition(rest)
-        size = inner(rest, steered)
-        way = steered + (size / last) * way
-        pushed = matrix @ way
-        share = size / inner(way, pushed)
-        solution += share * way
-        rest -= share * pushed
+        preconditioned = residual if precondition is None else precondition(residual)
+        size = inner(residual, preconditioned)
+        direction = preconditioned + (size / last) * direction
+        image = matrix @ direction
+        step_length = size / inner(direction, image)
+        solution += step_length * direction
+        residual -= step_length * image
         last = size
-    return solution, bool(np.sqrt(inner(rest, rest)) <= least)
+    return solution, bool(np.sqrt(inner(residual, residual)) <= limit)

@@ -24,7 +24,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inner, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inner, rows_of, unit_vectors
 from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
     BROKEN_TURN,
@@ -54,10 +54,7 @@ FREE_ON_SURFACE = ("kagome", "diagonal")
 """Patterns without inner rings: their nodes go anywhere on the surface."""
 
 WEAVE_RISE = {"triangular": 0.0, "twill": 0.25}
-"""Undulation of rods over that of over and under in turn: none in stacked layers, a quarter in over two, under two."""
-
-_SPACING_IN_RODS = 48.0
-"""Spacing, or mean edge where that is shorter, over the diameter that is reckoned with where none is given."""
+"""Undulation of rods over that of a plain weave: none in stacked layers, a quarter in over two, under two."""
 
 _ADMISSIBLE_RADIUS = 93.75
 """Least radius over diameter that is aimed at: that of pultruded GFRP under long-term load."""
@@ -69,13 +66,13 @@ _MOST_TRIES = 6
 """Steps that are tried from one place, each with more damping."""
 
 _LONGEST_STEP = 0.15
-"""Parts of the mean edge that a node goes in a step: normals and closest points stay trustworthy."""
+"""Part of the mean edge by which a node moves in a step at most: normals and closest points stay near those before."""
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-5, 1e4
 """Levenberg-Marquardt damping, relative to the diagonal of the Hessian."""
 
 _GOOD, _FAIR = 0.5, 0.1
-"""What the sum fell by over what the quadratic model promised: above, damping is eased by 4 or 2, below it doubles."""
+"""Fall of the sum over that of the quadratic model: above these, damping is divided by 4 or 2; below, it doubles."""
 
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
@@ -101,7 +98,7 @@ def smooth_bending(
     ----------
     lattice : Lattice
     rod_diameter : float, optional
-        That of the rods that are to pass, in the model's unit; by default a 48th of the spacing, or of the mean edge.
+        That of the rods that are to pass, in the model's unit; by default `Lattice.assumed_diameter`.
     admissible_radius : float
         Least radius to which these rods can be bent, in diameters.
     free_rings : bool
@@ -116,7 +113,7 @@ def smooth_bending(
     sites = _find_sites(lattice, is_free=is_free)
     if sites.n_unknowns == 0:
         return lattice
-    diameter = _usual_diameter(lattice) if rod_diameter is None else rod_diameter
+    diameter = lattice.assumed_diameter if rod_diameter is None else rod_diameter
     place = _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes))
     problem = _Problem(lattice, sites, diameter, 1.0 / (admissible_radius * diameter))
     # On the surface nodes straighten most turns; what turns then as sharply as to be broken holds up no other.
@@ -126,10 +123,6 @@ def smooth_bending(
             problem.take(joints)
             place = _descend(problem, place)
     return replace(lattice, nodes=place.nodes, node_station=place.station, off_latitudes=is_free)
-
-
-def _usual_diameter(lattice: Lattice) -> float:
-    return min(lattice.latitudes.spacing, float(lattice.edge_lengths.mean())) / _SPACING_IN_RODS
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +135,7 @@ class _Place:
 
 
 class _Sites:
-    """Which nodes go along polylines, which anywhere on the surface; the others stay.
+    """Which nodes move along polylines, and which anywhere on the surface; the others stay.
 
     Parameters
     ----------
@@ -172,7 +165,7 @@ class _Sites:
         size = np.maximum(dots(area, area), np.finfo(float).tiny)
         pairs = ((b, c), (c, a), (a, b))
         weight = np.stack([dots(cross(p - points, q - points), area) / size for p, q in pairs], axis=1)
-        return _unit(self._weighted_normals(face, np.clip(weight, 0.0, 1.0)))
+        return unit_vectors(self._weighted_normals(face, np.clip(weight, 0.0, 1.0)))
 
     def _weighted_normals(self, face: Ints, weight: Floats) -> Floats:
         """Normals of the corners of faces, blended by weights (n, 3), not of unit length."""
@@ -180,7 +173,7 @@ class _Sites:
         return normals
 
     def directions(self, place: _Place) -> Floats:
-        """(N, 3, 2) the ways that nodes may go: one along a polyline, two in the tangent plane, or none."""
+        """(N, 3, 2) unit directions in which nodes move: one along a polyline, two in the tangent plane, or none."""
         slide, roam = np.flatnonzero(self.slides), np.flatnonzero(self.roams)
         ways = np.zeros((len(self.slides), 3, 2))
         ways[slide, :, 0] = self._ring_tangents(place.station)
@@ -191,7 +184,7 @@ class _Sites:
         slide = np.flatnonzero(self.slides)
         probe = _PROBE * self._mean
         ahead, behind = (self._on_polylines(slide, station[slide] + step) for step in (probe, -probe))
-        return _unit(ahead[0] - behind[0])
+        return unit_vectors(ahead[0] - behind[0])
 
     def _on_polylines(self, nodes: Ints, station: Floats) -> tuple[Floats, Floats]:
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[nodes]
@@ -213,12 +206,12 @@ class _Sites:
         normals[roam] = self._blend(face, nodes[roam])
         # Segments of polylines lie within faces, where the normals are blended as they are along the segments.
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[slide]
-        normals[slide] = _unit(interpolated_at(polylines, self._polyline_normals, latitude, station[slide]))
+        normals[slide] = unit_vectors(interpolated_at(polylines, self._polyline_normals, latitude, station[slide]))
         return _Place(nodes, station, normals)
 
 
 def _find_sites(lattice: Lattice, *, is_free: bool) -> _Sites:
-    """Nodes of borders go along these, but for corners; nodes of rings along their rings, or all on the surface."""
+    """Nodes of borders move along these, but for corners; those of rings along their rings, or anywhere if free."""
     latitudes = lattice.latitudes
     polylines = latitudes.polylines
     _, is_border = edge_of_sides(lattice)
@@ -259,14 +252,8 @@ def _turns_about(lattice: Lattice) -> Floats:
 def _tangents(normals: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors (n, 3) each, normal to the given and to each other."""
     least = np.argmin(np.abs(normals), axis=1)
-    u = cross(normals, np.eye(3)[least])
-    u /= np.maximum(np.linalg.norm(u, axis=1, keepdims=True), np.finfo(float).tiny)
+    u = unit_vectors(cross(normals, np.eye(3)[least]))
     return u, cross(normals, u)
-
-
-def _unit(vectors: Floats) -> Floats:
-    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
-    return unit
 
 
 def _vertex_normals(surface: SurfaceMesh) -> Floats:
@@ -276,7 +263,7 @@ def _vertex_normals(surface: SurfaceMesh) -> Floats:
     total: Floats = np.stack(
         [np.bincount(surface.faces.ravel(), np.repeat(area[:, k], 3), surface.n_vertices) for k in range(3)], axis=1
     )
-    return _unit(total)
+    return unit_vectors(total)
 
 
 class _Problem:
@@ -294,7 +281,7 @@ class _Problem:
         self.mean = float(length.mean())
 
     def take(self, joints: RodJoints) -> None:
-        """Reckon with these joints."""
+        """Take the joints whose bending counts, and set up the equations for them."""
         self._joints, self._stencils = joints, find_stencils(joints)
         stencils = [self._stencils.nodes, self.edges, self._corners.stencils]
         self.equations = NormalEquations(stencils, np.diff(self.sites.first))
@@ -330,7 +317,7 @@ class _Problem:
 
 
 def _descend(problem: _Problem, place: _Place) -> _Place:
-    """Steps of Levenberg and Marquardt until the sum hardly falls."""
+    """Take steps of Levenberg and Marquardt until the sum hardly falls."""
     value, damping = problem.value(place), _FIRST_DAMPING
     equations = problem.equations
     for _ in range(_MOST_STEPS):

@@ -34,6 +34,7 @@ from weavecore.geometry.arrays import (
     dots,
     inverted,
     next_in_loop,
+    previous_in_loop,
     small_products,
 )
 from weavecore.geometry.matching import ALONE
@@ -204,6 +205,7 @@ def find_stencils(joints: RodJoints) -> Stencils:
 
 
 def _both_sides(joints: RodJoints) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+    """The joints beyond the edges on both sides, and these edges."""
     return (joints.beyond_before, joints.beyond_after), (joints.edge_before, joints.edge_after)
 
 
@@ -237,7 +239,7 @@ def chords_of(edges: Ints, nodes: Floats) -> Chords:
 
 
 def _gathered(nodes: Ints, vectors: Floats, n_nodes: int) -> Floats:
-    """Sums (N, 3) of vectors (…, 3) by their nodes."""
+    """Sums (N, 3) of vectors (…, 3) over each node."""
     poll()
     flat = vectors.reshape(-1, 3)
     sums: Floats = np.stack([np.bincount(nodes.ravel(), flat[:, k], n_nodes) for k in range(3)], axis=1)
@@ -322,7 +324,7 @@ def _cost(ratio: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 class _SplineSystem:
-    """The systems of all splines, with ``sign`` times their entries off the diagonal, factored.
+    """The systems of all splines, factored, with the entries off the diagonal times ``sign``: -1 for the undulation.
 
     Tridiagonal along each rod; the corner entries of a closed one are a change of rank one (Sherman and Morrison 1950).
     LAPACK calls no BLAS for tridiagonal systems, so that every processor gives the same last bit.
@@ -374,7 +376,7 @@ class _SplineSystem:
 class _Bends:
     """The splines through the joints: curvature vectors (J, 3) with the undulation on top, and their derivatives.
 
-    In the derivatives frames and sides count as fixed.
+    Derivatives take tangents, normals and the side to which a rod bends as fixed.
     """
 
     def __init__(self, joints: RodJoints, normals: Floats, chords: Chords, rise: float) -> None:
@@ -474,6 +476,7 @@ class _Bends:
 
 
 def _add_second_difference(found: Floats, k: int, near: Floats, far: Floats) -> None:
+    """Add derivatives by nodes k, k + 1 and k + 2 of the stencils to ``found``; that by k + 1 is minus the sum."""
     found[:, k] += near
     found[:, k + 2] += far
     found[:, k + 1] -= near + far
@@ -492,6 +495,7 @@ def _along(chords: Chords, edge: Ints, start: Ints) -> Floats:
 
 
 def _orthogonal(vectors: Floats, unit: Floats) -> Floats:
+    """The parts (n, 3) of vectors that are normal to unit vectors."""
     rest: Floats = vectors - dots(vectors, unit)[:, None] * unit
     return rest
 
@@ -551,8 +555,7 @@ def corners_of(lattice: Lattice) -> FaceCorners:
         In the order of ``lattice.face_nodes``.
     """
     following = next_in_loop(lattice.face_offsets)
-    preceding = np.empty_like(following)
-    preceding[following] = np.arange(len(following))
+    preceding = previous_in_loop(lattice.face_offsets)
     nodes = lattice.face_nodes
     return FaceCorners(nodes, nodes[preceding], nodes[following])
 

@@ -6,6 +6,9 @@
 
 Patterns of `PATTERNS` are linked directly.  Those of `DERIVED` have other cells: they are made from the lattice of
 another pattern on the same latitudes.  A new one is a new entry in `DERIVED`.
+
+Where faces lie inverted or many rods are short, the polylines are divided again in a few other ways, and the best
+division is taken.
 """
 
 from __future__ import annotations
@@ -54,16 +57,20 @@ _MOST_REFINEMENTS = 8
 
 MOST_NODES = 80_000
 """Nodes of a lattice: each takes some 20 kB to link, smooth and weave, so these take 1.6 GB."""
+
 _NODE_OF_SQUARE = 0.87
 """Area that a Steiner vertex of a pocket takes, in squares of the edge length: that of two equilateral triangles."""
 
 _OTHER_DIVISIONS = ((1.0, 1.0), (0.93, 1.0), (1.07, 1.0), (0.87, 1.0), (0.8, 1.0), (1.2, 1.0))
 """Parts of the edge length, and factors by which counts may be off, with which polylines are divided again where faces
 lie inverted: a few nodes more or less often suffice for a fold."""
+
 _MOST_NODES_TO_DIVIDE_AGAIN = 5_000
 """Larger lattices, which take seconds to divide, are divided once."""
+
 _FEW_SHORT = 0.01
 """Share of the rods that may have fewer than four joints before latitudes are divided in other ways for their sake."""
+
 _AGAINST_SHORT_RODS: tuple[tuple[Optional[bool], Optional[float], Optional[float]], ...] = (
     (True, None, None),
     (True, 1.25, None),
@@ -73,9 +80,11 @@ _AGAINST_SHORT_RODS: tuple[tuple[Optional[bool], Optional[float], Optional[float
 )
 """Other divisions: whether counts are in balance where rings split, the factor by which they may be off, and the edges
 of the least ring that is kept.  One after the other is tried with what was best before it, which None keeps."""
+
 _MOST_UNEVEN = 3.5
 """Longest edge over the shortest, up to which a division may be chosen for the sake of short rods: smoothing evens it
 to less than 3."""
+
 _MOST_REVERTS = 8
 """Rounds in which nodes of faces that smoothing inverts move back, and with them those of their neighbours."""
 
@@ -166,6 +175,10 @@ def link_pattern(
         One of `PATTERN_NAMES`.
     free_rings : bool
         Whether nodes may leave the latitudes in patterns that have rings; see `smooth_bending`.
+
+    Returns
+    -------
+    Lattice
 
     Raises
     ------

@@ -29,7 +29,6 @@ from weavecore.model.latitudes import Latitudes
 FEWEST_NODES = 3
 """Nodes of a closed polyline or border: fewer make no polygon."""
 
-
 _FACING = 1.4
 """Spacings from a child beyond which a parent faces itself or another parent across a neck."""
 
@@ -79,7 +78,7 @@ def _edges_of_polylines(latitudes: Latitudes, edge_length: float) -> tuple[Float
 
 
 def _chosen_together(latitudes: Latitudes, edges: Ints, ideal: Floats, pattern: Pattern, least: Ints) -> Ints:
-    """The numbers of edges with those of polylines that hang together by bands chosen by `choose_counts`."""
+    """Numbers of edges (P,), of polylines that bands connect as `choose_counts` finds them, of the others as given."""
     is_open = ~latitudes.polylines.closed
     bands, branches = _balances(latitudes, across_splits=pattern.balances_splits)
     edges = edges.copy()
@@ -96,7 +95,7 @@ def _chosen_together(latitudes: Latitudes, edges: Ints, ideal: Floats, pattern: 
             ],
             branches[members],
             step=step,
-            odd=int(in_twos),
+            remainder=int(in_twos),
             slack=pattern.count_tolerance,
             jump=pattern.jump_cost,
         )
@@ -105,7 +104,7 @@ def _chosen_together(latitudes: Latitudes, edges: Ints, ideal: Floats, pattern: 
 
 
 def _trees(n: int, bands: list[Balance]) -> list[Ints]:
-    """The polylines that hang together by bands, two at least, each rising."""
+    """The polylines that bands connect, in rising order: one array for each two or more."""
     one = np.array([p for band in bands for p in band.polyline[:-1].tolist()], np.int64)
     other = np.array([p for band in bands for p in band.polyline[1:].tolist()], np.int64)
     _, label = connected(one, other, n)
@@ -113,10 +112,11 @@ def _trees(n: int, bands: list[Balance]) -> list[Ints]:
 
 
 def _balances(latitudes: Latitudes, *, across_splits: bool) -> tuple[list[Balance], Bools]:
-    """The bands whose counts are to be in balance, and (P,) whether a polyline lies at another band of three sides.
+    """The bands whose counts are to be in balance, and (P,) whether a polyline lies at another of three or more sides.
 
-    These are the annuli and strips between a parent and a child, and of the bands of closed polylines in which rings
-    split or merge those that close no cycle, if they are wanted; bands of the first generations come first.
+    In balance are the annuli and strips between a parent and a child.  With ``across_splits`` so are the bands of
+    closed polylines in which rings split or merge, but for those that would close a cycle; bands of the first
+    generations come first.
     """
     bands, closed = latitudes.bands, latitudes.polylines.closed
     branches = np.zeros(len(latitudes), bool)
@@ -138,7 +138,7 @@ def _balances(latitudes: Latitudes, *, across_splits: bool) -> tuple[list[Balanc
 
 
 def _parts_across(latitudes: Latitudes, polyline: Ints, is_parent: Bools) -> Floats:
-    """Part (k,) of the length of each side of a band that is a parent and lies too far from any child for a link."""
+    """For each side (k,) of a band that is a parent, the part of its length that lies too far from any child."""
     lines = latitudes.polylines
     reach = _FACING * latitudes.spacing
     children = cKDTree(np.concatenate([lines.polyline(int(p)) for p in polyline[~is_parent]]))

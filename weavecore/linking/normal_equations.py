@@ -53,46 +53,48 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """Rows of a term whose nodes have so many ways at most, and where the entries of their products go.
+    """Rows of a term whose nodes have as many unknowns at most, and where the entries of their products go.
 
     Parameters
     ----------
-    ways : int
+    n_unknowns : int
+        1 or 2 for each node.
     number : (R,) int64
         Of each row of the term among these, -1 of the others.
-    above, beside : (t,) int64
-        Row and column of the entries on and above the diagonal of a product.
+    row, column : (t,) int64
+        Of the entries on and above the diagonal of a product.
     slots : (r, t) int64
         Where in the matrix each of them goes.
     times : (r, t) uint8
         How often it counts: see `_upper`.
     """
 
-    ways: int
+    n_unknowns: int
     number: Ints
-    above: Ints
-    beside: Ints
+    row: Ints
+    column: Ints
     slots: Ints
     times: NDArray[np.uint8]
 
     def products(self, blocks: Floats, directions: Floats, which: Ints) -> Floats:
         """Entries (n, t) of the products of rows, from blocks (n, k, w, 3) and the directions (n, k, 3, 2)."""
         n, k, w = blocks.shape[:3]
-        # (rows, nodes, residuals, ways) to (rows, unknowns, residuals)
-        slopes = small_products(blocks, directions[..., : self.ways]).transpose(0, 1, 3, 2).reshape(n, k * self.ways, w)
+        # (rows, nodes, residuals, unknowns of a node) to (rows, unknowns, residuals)
+        slopes = small_products(blocks, directions[..., : self.n_unknowns]).transpose(0, 1, 3, 2)
+        slopes = slopes.reshape(n, k * self.n_unknowns, w)
         products = small_products(slopes, slopes.transpose(0, 2, 1))
-        entries: Floats = products[:, self.above, self.beside] * self.times[which]
+        entries: Floats = products[:, self.row, self.column] * self.times[which]
         return entries
 
 
-def _upper(square: Ints, above: Ints, beside: Ints, mirror: Ints) -> tuple[Ints, NDArray[np.uint8]]:
-    """Slots (r, t) on or above the diagonal of the matrix for the upper entries of products, and how often they count.
+def _upper(square: Ints, row: Ints, column: Ints, mirror: Ints) -> tuple[Ints, NDArray[np.uint8]]:
+    """Slots (r, t) on or above the diagonal of the matrix for the upper entries of products, and how often these count.
 
     Where a stencil names a node twice, an entry beside the diagonal of the product and its mirror image both go to one
     place on the diagonal of the matrix: it counts twice.
     """
-    one, other = square[:, above, beside], square[:, beside, above]
-    times = np.where((one == other) & (above != beside), 2, 1).astype(np.uint8)
+    one, other = square[:, row, column], square[:, column, row]
+    times = np.where((one == other) & (row != column), 2, 1).astype(np.uint8)
     return mirror[one], times
 
 
@@ -145,14 +147,14 @@ class NormalEquations:
         place = place.reshape(len(nodes), k, k)
         is_wide = (self._counts[nodes] > 1).any(axis=1)
         groups = []
-        for ways, members in each(((1, np.flatnonzero(~is_wide)), (2, np.flatnonzero(is_wide)))):
-            of_rows = slots[place[members], :ways, :ways]
-            # (rows, nodes, nodes, ways, ways) to (rows, unknowns, unknowns)
-            square = of_rows.transpose(0, 1, 3, 2, 4).reshape(len(members), ways * k, ways * k)
+        for most, members in each(((1, np.flatnonzero(~is_wide)), (2, np.flatnonzero(is_wide)))):
+            of_rows = slots[place[members], :most, :most]
+            # (rows, nodes, nodes, unknowns of a node, again) to (rows, unknowns, unknowns)
+            square = of_rows.transpose(0, 1, 3, 2, 4).reshape(len(members), most * k, most * k)
             number = np.full(len(nodes), -1, np.int64)
             number[members] = np.arange(len(members))
-            above, beside = np.triu_indices(ways * k)
-            groups.append(_Rows(ways, number, above, beside, *_upper(square, above, beside, self._mirror)))
+            row, column = np.triu_indices(most * k)
+            groups.append(_Rows(most, number, row, column, *_upper(square, row, column, self._mirror)))
         return groups
 
     def assemble(self, terms: list[Term], directions: Floats) -> tuple[csr_matrix, Floats]:
@@ -163,7 +165,7 @@ class NormalEquations:
         terms : list of Term
             One for each of the stencils.
         directions : (N, 3, 2) float64
-            In which way each node goes; columns beyond its unknowns are not used.
+            Unit vectors along which each node moves; columns beyond its unknowns are not used.
 
         Returns
         -------
@@ -175,7 +177,7 @@ class NormalEquations:
             for group in groups:
                 at = np.flatnonzero(group.number[term.rows] >= 0)
                 which = group.number[term.rows[at]]
-                products = np.empty((len(at), len(group.above)))
+                products = np.empty((len(at), len(group.row)))
                 for begin in each(range(0, len(at), _ROWS_AT_ONCE)):
                     part = slice(begin, begin + _ROWS_AT_ONCE)
                     products[part] = group.products(
@@ -191,7 +193,7 @@ class NormalEquations:
         return hessian, along[np.arange(2) < self._counts[:, None]]
 
     def solve(self, hessian: csr_matrix, damping: float, right: Floats) -> Floats:
-        """Take a step by conjugate gradients; a rough one does, for the sum is not quadratic.
+        """Solve for a step by conjugate gradients, roughly: more steps follow, for the sum is not quadratic.
 
         The preconditioner inverts the block of each node, those of two unknowns as a whole: so no step depends on the
         directions that span the tangent planes, and a surface that is turned gives the same lattice.
@@ -222,9 +224,9 @@ class NormalEquations:
         other = np.arange(n)
         other[pairs], other[pairs + 1] = pairs + 1, pairs
 
-        def precondition(rest: Floats) -> Floats:
-            steered: Floats = inverse * rest + beside * rest[other]
-            return steered
+        def precondition(residual: Floats) -> Floats:
+            preconditioned: Floats = inverse * residual + beside * residual[other]
+            return preconditioned
 
         step, _ = conjugate_gradients(
             matrix, right, tolerance=_TOLERANCE, most_iterations=_MOST_ITERATIONS, precondition=precondition

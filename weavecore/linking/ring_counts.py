@@ -71,23 +71,23 @@ def choose_counts(
     branches: Bools,
     *,
     step: int,
-    odd: int,
+    remainder: int,
     slack: float,
     jump: float,
 ) -> Ints:
-    """Number of edges of each polyline of one tree.
+    """Choose the number of edges of each polyline of one tree.
 
     Parameters
     ----------
     ideal : (n,) float64
-        Length of each polyline in edges.
+        Count n° of each polyline: its length in edges.
     generation : (n,) int64
     bands : list of Balance
         No two polylines are joined by them in two ways.
     branches : (n,) bool
         Polylines of other bands in which rings split or merge.
-    step, odd : int
-        Counts are multiples of ``step`` plus ``odd``.
+    step, remainder : int
+        Counts are multiples of ``step`` plus ``remainder``.
     slack : float
         Factor by which a count may be off the ideal one.
     jump : float
@@ -97,7 +97,7 @@ def choose_counts(
     -------
     (n,) int64
     """
-    choices = _choices(ideal, step, odd, slack)
+    choices = _choices(ideal, step, remainder, slack)
     off = np.log(choices[None, :] / ideal[:, None])
     cost = EVENNESS * ideal[:, None] * off**2
     weight = np.where(generation <= _BORDER_BANDS, _BESIDE_BORDER, 1.0)
@@ -199,11 +199,12 @@ def _min_plus(one: Floats, other: Floats) -> Floats:
     return least
 
 
-def _choices(ideal: Floats, step: int, odd: int, slack: float) -> Ints:
-    least = max(int(np.floor((ideal.min() / slack - odd) / step)), 0)
-    most = int(np.ceil((ideal.max() * slack - odd) / step))
+def _choices(ideal: Floats, step: int, remainder: int, slack: float) -> Ints:
+    """The counts to choose from (K,), rising."""
+    least = max(int(np.floor((ideal.min() / slack - remainder) / step)), 0)
+    most = int(np.ceil((ideal.max() * slack - remainder) / step))
     whole = np.arange(least, most + 1)
     if len(whole) > _MOST_CHOICES:
         whole = np.unique(np.rint(np.geomspace(max(least, 1), most, _MOST_CHOICES)).astype(np.int64))
-    choices: Ints = whole * step + odd
+    choices: Ints = whole * step + remainder
     return choices[choices > 0]

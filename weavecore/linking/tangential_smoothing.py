@@ -28,7 +28,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity, vstack
 from scipy.sparse.linalg import spsolve
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of, unit_vectors
 from weavecore.geometry.conjugate_gradients import conjugate_gradients
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.linking.arc_length import points_at
@@ -146,8 +146,7 @@ def _rod_turns(lattice: Lattice) -> _RodTurns:
     """Edges at each node other than along rings, paired so that they bend least, as rods will run."""
     edges = lattice.edges[lattice.edge_family != LATITUDINAL]
     tail, head = edges.ravel(), edges[:, ::-1].ravel()
-    away = lattice.nodes[head] - lattice.nodes[tail]
-    away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
+    away = unit_vectors(lattice.nodes[head] - lattice.nodes[tail])
     one, other = pairs_of_equals(tail)
     bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
     good = bend <= _MOST_BEND
@@ -160,9 +159,7 @@ def _vertex_normals(lattice: Lattice) -> Floats:
     """Unit normal (N, 3) of the faces around each node: the mean of their corners' normals."""
     normals = np.zeros_like(lattice.nodes)
     np.add.at(normals, lattice.face_nodes, _corner_shapes(lattice, lattice.nodes)[0])
-    size = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    unit: Floats = normals / size
-    return unit
+    return unit_vectors(normals)
 
 
 def _gauss_newton_step(lattice: Lattice, slides: _Slides, rods: _RodTurns, nodes: Floats, slide: Floats) -> Floats:

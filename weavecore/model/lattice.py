@@ -17,6 +17,9 @@ LATITUDINAL, LONGITUDINAL, POCKET = 0, 1, 2
 FAMILIES = ("latitudinal", "longitudinal", "pocket")
 """Their names, in this order."""
 
+_SPACING_IN_RODS = 48.0
+"""Spacing, or mean edge where that is shorter, over the rod diameter that is assumed before one is chosen."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Lattice:
@@ -96,6 +99,12 @@ class Lattice:
         a, b = self.edges.T
         lengths: Floats = np.linalg.norm(self.nodes[b] - self.nodes[a], axis=1)
         return lengths
+
+    @property
+    def assumed_diameter(self) -> float:
+        """Rod diameter that is reckoned with before one is chosen, in the model's unit: see `_SPACING_IN_RODS`."""
+        edge = float(self.edge_lengths.mean()) if self.n_edges else np.inf
+        return min(self.latitudes.spacing, edge) / _SPACING_IN_RODS
 
     @cached_property
     def node_depths(self) -> Floats:

@@ -8,10 +8,10 @@ At a node with an odd number of edges one rod ends, however the edges are paired
           |                    |
           |  short             |  goes on
 
-So at every node of a short rod the darts are paired anew, so that there are the fewest short rods, then the fewest
-pairs that are a last resort, then the fewest ends, then the least turn.  The best pairing of one node is found
-by trial of all, while the other nodes stay as they are; it is taken unless it is better by the turns alone.  Nodes take
-turns until none changes: a few rounds over the K nodes of short rods, O(K) for a bounded number of edges.
+So at every node of a short rod all pairings of its darts are compared, while the other nodes stay as they are: the best
+has the fewest short rods, then the fewest last resorts, then the fewest ends, then the least turn.  It is taken unless
+it is better by the turn alone.  This is repeated until no node changes (coordinate descent): a few rounds over the K
+nodes of short rods, O(K) for a bounded number of edges at a node.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.matching import ALONE
 
 FEWEST_JOINTS = 4
-"""A rod with fewer joints holds little and is hard to keep in place."""
+"""A rod with fewer joints is *short*: it holds little and is hard to keep in place."""
 
 _MOST_ROUNDS = 8
 """Rounds over the nodes of short rods: four are enough on all samples."""
@@ -34,17 +34,20 @@ _MOST_DARTS = 9
 """Darts of a node up to which all pairings are tried: 2,620 of nine, were all allowed."""
 
 USUAL, LAST_RESORT, RING = 0, 1, 2
-"""Kinds of pairs: of two links; of a link and a ring; of two edges of a ring, which is undone only where both of its
-sides stay long."""
+"""Kinds of pairs: of two links; of a link and an edge of a ring; of two edges of a ring, which is opened there only
+where it is long on both sides."""
 
 _OPENED_RING = 2
-"""Last resorts that an opened ring counts as."""
+"""How many last resorts an opened ring counts as."""
 
 _LONG = 8
-"""Joints that a ring has on both sides of a node where it is opened: its pieces stay long rods."""
+"""Joints that a ring has at least on both sides of a node where it is opened, so that its pieces are long rods."""
 
 _Pairing = tuple[tuple[int, int], ...]
+"""Pairs of darts of one node, without a common dart."""
+
 _Pairs = dict[tuple[int, int], tuple[int, float]]
+"""Kind and turn of each pair of darts of one node that a rod may follow."""
 
 
 class _Chains:
@@ -103,17 +106,18 @@ def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn:
     one, other : (k,) int64
         Pairs of darts of one node that a rod may follow.
     turn : (k,) float64
-        By how much it turns there.
+        Angle in radians by which it turns there.
     kind : (k,) int64
         `USUAL`, `LAST_RESORT` or `RING`.
 
     Returns
     -------
     (D,) int64
+        Partners as of ``partner``.
     """
     pairs: defaultdict[int, _Pairs] = defaultdict(dict)
-    for a, b, t, of_kind in zip(one.tolist(), other.tolist(), turn.tolist(), kind.tolist()):
-        pairs[int(tail[a])][a, b] = (of_kind, t)
+    for a, b, angle, kind_of_pair in zip(one.tolist(), other.tolist(), turn.tolist(), kind.tolist()):
+        pairs[int(tail[a])][a, b] = (kind_of_pair, angle)
     chains = _Chains(partner)
     for _ in range(_MOST_ROUNDS):
         nodes = {int(tail[dart]) for end in chains.short_ends() for dart in chains.darts_from(end)}
@@ -124,22 +128,26 @@ def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn:
 
 
 def count_short_rods(partner: Ints) -> tuple[int, int]:
-    """How many open rods have less than `FEWEST_JOINTS` joints, and how many there are.
+    """How many open rods are short, and how many open rods there are.
 
     Parameters
     ----------
     partner : (D,) int64
         As of `lengthen_short_rods`.
+
+    Returns
+    -------
+    n_short, n_open : int
     """
     return len(_Chains(partner).short_ends()) // 2, int(np.count_nonzero(partner == ALONE)) // 2
 
 
 def _pair_best(chains: _Chains, pairs: _Pairs) -> bool:
-    """Pair the darts of a node so that their sum is least; whether that changes anything."""
+    """Pair the darts of a node in the best way, and return whether that is another one."""
     rings = [pair for pair, (kind, _) in pairs.items() if kind == RING and chains.partner[pair[0]] == pair[1]]
     held = {dart for pair in rings if not (chains.is_long(pair[0]) and chains.is_long(pair[1])) for dart in pair}
     pairs = {pair: of for pair, of in pairs.items() if not held.intersection(pair)}
-    # A dart that goes straight across is in none of the pairs.
+    # Darts that go straight across at a crossing are in none of the pairs.
     darts = sorted({dart for pair in pairs for dart in pair})
     if not 1 < len(darts) <= _MOST_DARTS:
         return False

@@ -2,9 +2,9 @@ r"""Pairs of edges at a node that one rod follows.
 
 A *dart* is an edge with a direction: dart ``2 * e`` leaves the first node of edge ``e``, dart ``2 * e + 1`` its second.
 At each node the darts are paired so that rods bend least: two rods that cross at a node of four edges each go straight
-across; elsewhere the least bend goes first.  No rod turns by more than `MOST_TURN`.  A ring keeps to itself; where one
-turns by more and is broken, or is opened as a hoop is, its ends may run on along links, but only for the sake of rods
-that would be short::
+across; elsewhere the least bend goes first.  No rod turns by more than `MOST_TURN`: a ring that would is broken.  The
+ends of a broken ring run on along links only where a rod would be short otherwise (`rod_ends`), and for such a rod a
+long ring may be opened::
 
         ring \   / ring
               \ /
@@ -21,7 +21,7 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Ints
+from weavecore.geometry.arrays import Bools, Ints, unit_vectors
 from weavecore.geometry.matching import match_greedily, pairs_of_equals
 from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, Lattice
@@ -48,7 +48,7 @@ def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None) -> Ints:
     """
     tail = lattice.edges.ravel()
     away = lattice.nodes[lattice.edges[:, ::-1].ravel()] - lattice.nodes[tail]
-    away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny)
+    away = unit_vectors(away)
     family = np.repeat(lattice.edge_family, 2)
     is_ring = family == LATITUDINAL
     one, other = pairs_of_equals(tail)

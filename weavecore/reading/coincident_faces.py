@@ -33,7 +33,7 @@ _FOLDED = -np.cos(np.radians(30.0))
 differ, and a sharp fold that is no double only makes two parts."""
 
 _CHORD = 0.2
-"""Of height over an edge times bend at it: more than the 1/8 of a chord's sagitta, as edges are longer."""
+"""Part of the height of a face over an edge times the bend there: more than the 1/8 of a sagitta."""
 
 _MOST_BEND = 0.5
 """Radians.  A larger angle between neighbours is a crease, not a curved surface."""

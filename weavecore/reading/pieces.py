@@ -2,8 +2,7 @@
 
 A *piece* is a connected component.  A *scrap* has less than a hundredth of the area of the largest piece.  A *slit* is
 a border that encloses no area, lacks a single face, or is shorter than a thousandth of the longest, or of the side of a
-square of the piece's area.  A *speck* is a
-border shorter than a hundredth of the spacing.  Linear in the faces.
+square of the piece's area.  A *speck* is a border shorter than a hundredth of the spacing.  Linear in the faces.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ _OPENING = 0.5
 """Of the root of the piece's area: its longest border is an outer one if it is longer, even of three corners."""
 
 _SPECK = 0.01
-"""Of the spacing: a shorter border is closed.  Three edges around it could not all be longer than a three hundredth."""
+"""Part of the spacing: shorter borders are closed.  Of three edges around one, one would be below a 300th."""
 
 _FLAT = 1e-4
 """Least area that a border encloses, in its squared length: a circle has 0.08, a slit of 5,000 times its width 1e-4."""

@@ -24,7 +24,7 @@ _TIE_STIFFNESS = 1.0
 
 
 _MICRO_SLIP = 5e-4
-"""Of a median segment, by which a tie gives way before it slides: stiffer ones hold and slide in turn, and the
+"""Part of a median segment by which a tie gives way before it slides: stiffer ones hold and slide in turn, and the
 search does not converge."""
 
 _LEAST_SINE = 0.05
@@ -168,8 +168,21 @@ def scissors_of(points: Floats, ties: TieElements, stiffness: float) -> Scissors
     return Scissors(beside, cosine, stiffness / np.maximum(1.0 - cosine**2, _LEAST_SINE))
 
 
-def sliding(rods: RodPoints, ties: TieElements, friction: Optional[float]) -> TieElements:
-    """The same ties, which slide along rods at a friction in N; those of nearly parallel rods hold."""
+def let_ties_slide(rods: RodPoints, ties: TieElements, friction: Optional[float]) -> TieElements:
+    """Let ties slide along rods where the force reaches a friction.
+
+    Parameters
+    ----------
+    rods : RodPoints
+    ties : TieElements
+    friction : float, optional
+        In N; without it all ties hold.
+
+    Returns
+    -------
+    TieElements
+        Those of nearly parallel rods hold all the same.
+    """
     if friction is None:
         return ties
     crosses = 1.0 - scissor_cosines(rods.points, ties.points[:, 2:]) ** 2 > _LEAST_SINE

@@ -15,9 +15,9 @@ A tie holds two rods one above the other: their distance, and the gap perpendicu
 points beside the tied ones, so the couple of a force across the gap reaches the rods, and rigid motion
 changes no energy.  Rods may turn about the gap as scissors do; where ties resist it, a spring acts on the angle.
 
-A tie with *friction* F slides along a rod when the force there reaches F: the energy goes on from ``s c^2 / 2`` with
-the slope F, which is Coulomb friction of a load that only grows.  Its first component is the distance of the two
-tangents, which sliding leaves as it is, ``g.n`` with ``n = a x b / |a x b|`` of the chords a and b.
+A tie with *friction* F slides along a rod where the force along it reaches F: there the energy ``s (c - r)^2 / 2`` goes
+on with the slope F.  This is Coulomb friction under a load that only grows.  The first component of such a tie is the
+distance of the two tangents, which sliding leaves as it is: ``g.n`` with ``n = a x b / |a x b|`` of the chords a and b.
 
 Stretch and ties are stiff *constraints* ``c`` with a force ``m = s (c - r)``.  Their Hessian is
 ``s dc dc^T + m ddc``; `weavecore.simulating.newton` passes forces of its own for ``m``.  Units are SI.  All is
@@ -105,7 +105,7 @@ class TieElements:
         return force
 
     def energy(self, elongation: Floats) -> float:
-        """Energy of all; on beyond the friction with its slope."""
+        """Energy of all at elongations (T, 3), in J; beyond the friction it rises with the slope F."""
         force = self.forces(elongation)
         return float((force * (elongation - force / self.stiffness / 2)).sum())
 
@@ -246,11 +246,15 @@ def tie_values(x: Floats, points: Ints, slides: Optional[Bools] = None) -> tuple
 
 
 def _line_distance(gap: Floats, a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
-    """Distance (T,) of two lines along a and b (T, 3), first (T, 3, 3) and second (T, 3, 3, 3, 3) derivatives."""
+    """Distance (T,) of two lines along a and b (T, 3), with a sign, and its derivatives by the gap, a and b.
+
+    The first are (T, 3, 3), the second (T, 3, 3, 3, 3).
+    """
     length, n = normalised(np.cross(a, b))
     distance = np.einsum("nd,nd->n", gap, n)
+    # What the distance gains by a turn of n: d(gap . n) = q . d(a x b).
     q = (gap - distance[:, None] * n) / length[:, None]
-    by_a, by_b = -_crossing(b), _crossing(a)  # Derivatives of a x b.
+    by_a, by_b = -_cross_matrices(b), _cross_matrices(a)  # Derivatives of a x b.
     across = projectors(n) / length[:, None, None]
     inner = (-outer(n, q) - outer(q, n)) / length[:, None, None]
     inner -= (distance / length)[:, None, None] * across
@@ -259,13 +263,13 @@ def _line_distance(gap: Floats, a: Floats, b: Floats) -> tuple[Floats, Floats, F
         second[:, 0, k] = across @ by_k
         second[:, k, 0] = second[:, 0, k].transpose(0, 2, 1)
         second[:, k, k] = by_k.transpose(0, 2, 1) @ inner @ by_k
-    second[:, 1, 2] = by_a.transpose(0, 2, 1) @ inner @ by_b - _crossing(q)
+    second[:, 1, 2] = by_a.transpose(0, 2, 1) @ inner @ by_b - _cross_matrices(q)
     second[:, 2, 1] = second[:, 1, 2].transpose(0, 2, 1)
     return distance, np.stack([n, np.cross(b, q), np.cross(q, a)], axis=1), second
 
 
-def _crossing(v: Floats) -> Floats:
-    """(T, 3, 3) matrices of the cross product with v (T, 3) on the left."""
+def _cross_matrices(v: Floats) -> Floats:
+    """(T, 3, 3) skew matrices of the cross product with v (T, 3) on the left."""
     matrix = np.zeros((len(v), 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         matrix[:, i, j], matrix[:, j, i] = -v[:, k], v[:, k]

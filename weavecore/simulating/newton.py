@@ -10,10 +10,11 @@ the stiff elements as unknowns of their own and eliminates them again::
     m <- s (c(x) + dc . dx - r)                                        forces by the linear elongations
 
 It costs the same and ends in the same equilibria.  From the drawing most weaves take 4 to 9 such iterations.  Where H
-is indefinite because rods are compressed on the way, ``max(m, 0) ddc`` takes the place of ``m ddc``, a modified Newton
-step (Nocedal and Wright 2006, §3.4); the last iteration has the exact H.  A weave that shears has far to go along a
-curved valley of the energy, where this does not suffice.  There the search takes steps of the proximal point method
-(Rockafellar 1976; implicit Euler steps of the gradient flow), each by mixed Newton iterations::
+is indefinite because rods are compressed on the way, compression and the forces of ties are left out of ``m ddc``, a
+modified Newton step (Nocedal and Wright 2006, §3.4); the last iteration has the exact H.  A weave that shears has far
+to go along a curved valley of the energy, where this does not suffice.  There the search takes steps of the proximal
+point method (Rockafellar 1976; implicit Euler steps of the gradient flow), each by mixed Newton iterations with the
+exact H::
 
     x+ = argmin_y  E(y) + d |y - x|^2 / 2,    d = damping times EI / l^3 of a median segment
 
@@ -41,13 +42,13 @@ from weavecore.simulating.structure import NO_RELAXATION, Forces, Structure
 Progress = Callable[[float, str], None]
 
 _MOST_STEPS = 300
-"""Factorisations: three times what the slowest sample needs."""
+"""Factorisations: the slowest sample needs 226 (docs/structure.md)."""
 
 _TURN = 0.5
 """No segment turns by more than this, in radians, in one iteration: the linear elongations hold up to there."""
 
 _SHIFT = 1e-10
-"""Least damping: rods that are free to move as a whole stay where they are, all others move as good as unhindered."""
+"""Least damping: rods that are free to move as a whole stay where they are, and all others are hardly hindered."""
 
 _STEP_DONE = 1e-7
 """Done when no point moves by more than this part of a median segment; the last steps converge quadratically."""
@@ -160,6 +161,10 @@ def find_equilibrium(
         Factorisations after which the search ends.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Solution
     """
     search = _Search(structure, _MOST_STEPS if most_steps is None else most_steps, progress)
     x, forces = start, structure.forces(start) if forces is None else forces
@@ -190,7 +195,7 @@ def find_equilibrium(
 
 
 class _Search:
-    """Steps of the search, and how many factorisations they took."""
+    """Steps of the search, with the count of their factorisations and the damping from which failed ones go on."""
 
     def __init__(self, structure: Structure, most_steps: int, progress: Optional[Progress]) -> None:
         self.structure, self.most_steps, self.progress = structure, most_steps, progress
@@ -221,7 +226,7 @@ class _Search:
             forces = structure.forces_after(y, part * move)
             y = y + part * move
             last = float(np.abs(move).max(initial=0.0)) / median
-            self._tell(last)
+            self._report(last)
             limit = _CLOSE * float(np.abs(y - x).max(initial=0.0)) / median if damping else 0.0
             is_final = damping > 0.0 or not is_indefinite
             is_close = part == 1.0 and is_final and last < max(limit, _STEP_DONE)
@@ -247,7 +252,7 @@ class _Search:
         moved[self.structure.free] = factors.solve(force.ravel()[self.structure.free])
         return moved.reshape(-1, 3)
 
-    def _tell(self, last: float) -> None:
+    def _report(self, last: float) -> None:
         if self.progress:
             # Iterations shrink quadratically: how far there is to go shows in their logarithm.
             part = float(np.clip(np.log10(max(last, 1e-300)) / np.log10(_STEP_DONE), 0.0, 0.99))

@@ -33,6 +33,9 @@ from weavecore.simulating.structure import Structure
 
 Progress = Callable[[float, str], None]
 
+FindSequence = Callable[[tuple[int, ...]], BuildSequence]
+"""Finds a building sequence in which the rods of some generations are *spread*: set far from each other in turn."""
+
 MOST_STEPS = 12
 """Steps that are replayed by default: enough to find the worst third of the sequence."""
 
@@ -41,8 +44,6 @@ _MOST_SEARCH = 150
 
 _MOST_SPREAD = 3
 """Generations that are spread at most; each costs a replay."""
-
-FindSequence = Callable[[tuple[int, ...]], BuildSequence]
 
 _FEWEST_OF_RING = 3
 """Ties that keep a ring from turning about them."""
@@ -86,6 +87,10 @@ def replay_sequence(
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
+    Returns
+    -------
+    Replay
+
     Raises
     ------
     Unsupported
@@ -94,13 +99,13 @@ def replay_sequence(
     if most_steps < 1:
         raise Unsupported(f"A replay of {most_steps} steps shows nothing", remedy="Replay 1 or more.")
     held = supported_nodes(weave, supports)
-    built = _Built(weave, held, loads if held.any() else Loads(), metres)
+    unfinished = _UnfinishedWeave(weave, held, loads if held.any() else Loads(), metres)
     steps = chosen_steps(sequence, most_steps)
     rows = []
     for k, step in enumerate(steps.tolist()):
         if progress:
             progress(k / len(steps), f"after step {step + 1} of {len(sequence)}")
-        rows.append(built.rest(sequence, step))
+        rows.append(unfinished.rest_after(sequence, step))
     return Replay(
         weave=weave,
         step=steps,
@@ -125,8 +130,14 @@ def improve_sequence(find: FindSequence, replay: Callable[[BuildSequence], Repla
     Parameters
     ----------
     find : callable
-        The sequence with some generations spread.
+        See `FindSequence`.
     replay : callable
+        Replays a sequence, as `replay_sequence` does.
+
+    Returns
+    -------
+    Replay
+        That with the least displacement, with the generations that are spread in it.
     """
     spread: tuple[int, ...] = ()
     sequence = find(spread)
@@ -153,7 +164,7 @@ def chosen_steps(sequence: BuildSequence, most: int) -> Ints:
     return np.unique(np.concatenate([at_ends, between]))
 
 
-class _Built:
+class _UnfinishedWeave:
     """A weave whose rods are set one after the other."""
 
     def __init__(self, weave: Weave, held: Bools, loads: Loads, metres: float) -> None:
@@ -163,7 +174,7 @@ class _Built:
         self.whole = structure_of(weave, self.rods, held, Loads(), diameter=self.diameter, metres=metres)
         self.loads = load_forces(weave, self.rods, loads, diameter=self.diameter, metres=metres)
 
-    def rest(self, sequence: BuildSequence, step: int) -> _Row:
+    def rest_after(self, sequence: BuildSequence, step: int) -> _Row:
         """Where the weave rests after a step."""
         is_tied = self._tied(sequence, step)
         anchored = self._anchored(is_tied, sequence, step)

@@ -25,7 +25,7 @@ from weavecore.simulating.boundary import (
     three_point_gauge,
 )
 from weavecore.simulating.buckling import first_buckling_factor
-from weavecore.simulating.discretise import RodPoints, elements_of, place_points, scissors_of, sliding
+from weavecore.simulating.discretise import RodPoints, elements_of, let_ties_slide, place_points, scissors_of
 from weavecore.simulating.elements import half_angle_tangents, scissor_cosines
 from weavecore.simulating.newton import Solution, find_equilibrium
 from weavecore.simulating.structure import Structure
@@ -98,7 +98,7 @@ def simulate_weave(
     diameter = weave.diameters[rods.rod] * metres
     structure = structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
     scissors = scissors_of(rods.points, structure.ties, tie_stiffness)
-    structure = replace(structure, scissors=scissors, ties=sliding(rods, structure.ties, tie_friction))
+    structure = replace(structure, scissors=scissors, ties=let_ties_slide(rods, structure.ties, tie_friction))
     found = find_equilibrium(structure, rods.points, progress=progress)
     words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)

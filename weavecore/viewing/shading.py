@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, unit_vectors
 from weavecore.polling import each, poll
 from weavecore.viewing.camera import Camera
 
@@ -94,7 +94,7 @@ def light_on_triangles(vertices: Floats, triangles: Ints, camera: Camera) -> tup
     for k in range(3):
         for axis in range(3):
             smooth[:, axis] += np.bincount(triangles[:, k], normal[:, axis], minlength=len(vertices))
-    normal, smooth = _unit(normal), _unit(smooth)
+    normal, smooth = unit_vectors(normal), unit_vectors(smooth)
     shows_outside = ((camera.eye - a) * normal).sum(1) >= 0
     at_corner = smooth[triangles]
     is_crease = (at_corner * normal[:, None]).sum(2) < _CREASE
@@ -206,8 +206,3 @@ def _enlarged(image: Numbers, step: int, shape: tuple[int, ...]) -> Numbers:
         part = np.expand_dims(at - low.astype(np.float32), 1 - axis)
         image = np.take(image, low, axis) * (1 - part) + np.take(image, low + 1, axis) * part
     return image
-
-
-def _unit(vectors: Floats) -> Floats:
-    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), np.finfo(float).tiny)
-    return unit

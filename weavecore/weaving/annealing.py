@@ -9,11 +9,11 @@ joints of two rods alone can find (`plain`)::
     ----o------o------o------o----     ----o------o------o------o----
                         conflict                        none
 
-Joints of one colour do not follow each other along any rod, so all of them are changed at once.  Each takes a state at
-random and keeps it if there are d more conflicts with the probability exp(-d / T), while the temperature T falls.
-Random numbers come from a fixed seed: the same rods are always woven in the same way.
+Joints of one colour do not follow each other along any rod, so all of them are changed at once.  Each draws a state at
+random and takes it if there are d more conflicts with the probability min(1, exp(-d / T)) (Metropolis et al. 1953),
+while the temperature T falls.  Random numbers come from a fixed seed: the same rods are always woven in the same way.
 
-O(V) a round for V visits.
+O(V) a sweep over all joints for V visits.
 """
 
 from __future__ import annotations
@@ -26,13 +26,16 @@ import numpy as np
 from weavecore.geometry.arrays import Ints, rows_of
 from weavecore.polling import each
 
-_MOST_ROUNDS, _FEWEST_ROUNDS = 400, 100
+_MOST_SWEEPS, _FEWEST_SWEEPS = 400, 100
 _MOST_WORK = 4_000_000
-"""Visits times rounds: half a second.  Where there are more visits than 10,000 there are fewer rounds."""
+"""Visits times sweeps: half a second.  Where there are more visits than 10,000 there are fewer sweeps."""
+
 _HOT, _COLD = 0.5, 0.1
-"""Temperatures at the first and the last round: one more conflict is kept in 14 % of trials, then in hardly any."""
-_MOST_CHANGE = 8
-"""By how many conflicts one joint can change: two rods, each with two neighbours, may come and go."""
+"""Temperatures at the first and the last sweep: one more conflict is kept in 14 % of trials, then in hardly any."""
+
+_MOST_CHANGE = 4
+"""By how many conflicts one joint can change: its outermost and its innermost rod have two neighbours each."""
+
 _SEED = 2016
 _NONE = -1
 
@@ -89,7 +92,7 @@ class _States:
 
 
 def anneal_sides(steps: Steps, side: Ints) -> Ints:
-    """Find sides of rods at their joints with as few conflicts as chance finds, and no more than there are.
+    """Find sides of rods at their joints with few conflicts, and no more than before.
 
     Parameters
     ----------
@@ -105,23 +108,23 @@ def anneal_sides(steps: Steps, side: Ints) -> Ints:
     """
     states, joint_of = _States(steps, side), np.zeros(len(side), np.int64)
     joint_of[steps.visit] = rows_of(steps.offsets)
-    groups = _colours(joint_of[steps.before], joint_of[steps.after], len(steps.offsets) - 1)
+    groups = _colour_classes(joint_of[steps.before], joint_of[steps.after], len(steps.offsets) - 1)
     start_top, start_bottom = states.top.copy(), states.bottom.copy()
     random = np.random.default_rng(_SEED)
     least, best = states.total(), (start_top, start_bottom)
-    rounds = min(max(_MOST_WORK // max(len(side), 1), _FEWEST_ROUNDS), _MOST_ROUNDS)
-    for temperature in each(np.linspace(_HOT, _COLD, rounds).tolist()):
+    sweeps = min(max(_MOST_WORK // max(len(side), 1), _FEWEST_SWEEPS), _MOST_SWEEPS)
+    for temperature in each(np.linspace(_HOT, _COLD, sweeps).tolist()):
         for joints in groups:
             _try_states(steps, states, joints, temperature, random)
         if states.total() < least:
             least, best = states.total(), (states.top.copy(), states.bottom.copy())
     states.change(np.arange(len(states.top)), *best)
-    _go_back(states, groups, start_top, start_bottom)
+    _restore_states(states, groups, start_top, start_bottom)
     return states.side[:-1]
 
 
 def _try_states(steps: Steps, states: _States, joints: Ints, temperature: float, random: np.random.Generator) -> None:
-    """Give joints of one colour other states, where chance at this temperature keeps them."""
+    """Draw a state for each joint of one colour, and take it with the probability of Metropolis et al."""
     first, count = steps.offsets[joints], np.diff(steps.offsets)[joints]
     draw = random.random((3, len(joints)))
     upper = (draw[0] * count).astype(np.int64)
@@ -133,7 +136,7 @@ def _try_states(steps: Steps, states: _States, joints: Ints, temperature: float,
     states.change(joints[kept], top[kept], bottom[kept])
 
 
-def _go_back(states: _States, groups: list[Ints], top: Ints, bottom: Ints) -> None:
+def _restore_states(states: _States, groups: list[Ints], top: Ints, bottom: Ints) -> None:
     """Give joints the states that they had, as long as that makes no conflict."""
     while True:
         n_back = 0
@@ -147,8 +150,8 @@ def _go_back(states: _States, groups: list[Ints], top: Ints, bottom: Ints) -> No
             return
 
 
-def _colours(a: Ints, b: Ints, n: int) -> list[Ints]:
-    """Joints (n) in groups of which no two are neighbours by the pairs ``a, b``: each takes the first colour free."""
+def _colour_classes(a: Ints, b: Ints, n: int) -> list[Ints]:
+    """The n joints by the colours of a greedy colouring: none are neighbours by the pairs ``a, b`` of their own."""
     around: list[list[int]] = [[] for _ in range(n)]
     for one, other in zip(a.tolist(), b.tolist()):
         around[one].append(other)

@@ -3,10 +3,11 @@
 A rod that is held at its joints and free between them takes the shape of a cubic spline.  At a joint
 the rods are shifted along the direction that is normal to all of them, so that the distance of
 their axes is the shift.  The shifts tilt the rods, which brings them nearer again where they cross
-at a sharp angle; so a few rounds settle the normals, and then the shifts::
+at a sharp angle, or where one ends and its overhang is to pass the other.  So first the normals, and then the shifts,
+are corrected by the splines that they lead to, in a few rounds::
 
       ____o____    upper rod           n   common normal of the two rods at the joint
-          |  n     distance d          d   shift: half of both diameters, more where rods cross at a sharp angle
+          |  n     distance d          d   shift: half of both diameters, and more where the gap would be less
       ----o----    lower rod
 
 The common normal of the tangents t at a joint is the eigenvector of the least eigenvalue of Σ t tᵀ - ε s sᵀ, with s the
@@ -20,12 +21,12 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of, unit_vectors
 from weavecore.geometry.eigenvectors import least_eigenvectors
-from weavecore.geometry.splines import SplineRows, as_b_splines, fit_splines, sample_curves
+from weavecore.geometry.splines import BSplineRows, SplineRows, as_b_splines, fit_splines, sample_curves
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
-from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
+from weavecore.model.rod_axes import CurveRows, RodAxes, tip_parameters, with_tips
 from weavecore.model.strands import Strands
 from weavecore.polling import each
 from weavecore.weaving.clearance import gaps_at_joints
@@ -68,15 +69,15 @@ class Fit:
         Distance of the points from the surface, along the normals.
     normals : (N, 3) float64
         Unit normal at each node, common to the rods that pass it.
-    widening : (C,) float64
-        Shift of each contact of the joints over the mean diameter of its rods.
+    shift_ratios : (C,) float64
+        Shift at each contact of the joints over the mean diameter of its two rods.
     """
 
     points: Floats
     rows: SplineRows
     layer_offsets: Floats
     normals: Floats
-    widening: Floats
+    shift_ratios: Floats
 
 
 def lay_axes(
@@ -110,8 +111,16 @@ def lay_axes(
         Unit normal at each node, common to the rods that pass it.
     """
     outward = surface_normals(lattice)
-    has_tips = np.ones(len(joints.contacts), bool)
-    fit = fit_axes(lattice, strands, joints, diameters, outward, centred_on_rings=centred_on_rings, has_tips=has_tips)
+    counts_overhangs = np.ones(len(joints.contacts), bool)
+    fit = fit_axes(
+        lattice,
+        strands,
+        joints,
+        diameters,
+        outward,
+        centred_on_rings=centred_on_rings,
+        counts_overhangs=counts_overhangs,
+    )
     return draw_axes(lattice, strands, fit, overhang * diameters), fit.normals
 
 
@@ -123,7 +132,7 @@ def fit_axes(
     outward: Floats,
     *,
     centred_on_rings: bool,
-    has_tips: Bools,
+    counts_overhangs: Bools,
     start: Optional[tuple[Floats, Floats]] = None,
 ) -> Fit:
     """Fit the axes of the rods, which `draw_axes` makes `RodAxes` of.
@@ -134,10 +143,10 @@ def fit_axes(
         As of `lay_axes`.
     outward : (N, 3) float64
         From `surface_normals`.
-    has_tips : (C,) bool
-        At which contacts of the joints there must be room for rods that run on beyond their ends.
+    counts_overhangs : (C,) bool
+        At which contacts of the joints the overhangs of rods that end there must pass the other rod too.
     start : tuple, optional
-        Widening (C,) and normals (N, 3) of a fit of like rods, from which fewer rounds lead to the end.
+        Shift ratios (C,) and normals (N, 3) of a fit of like rods, from which fewer rounds lead to the end.
 
     Returns
     -------
@@ -147,24 +156,24 @@ def fit_axes(
     shifts = apart if start is None else start[0] * apart
     normals, rounds = (outward, _NORMAL_ROUNDS) if start is None else (start[1], 1)
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
-    points, rows, normals = _settle(lattice, strands, offsets, normals, outward, rounds)
+    points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, rounds)
     for _ in range(_SHIFT_ROUNDS):
-        gaps = gaps_at_joints(points, rows, strands, joints, apart, has_tips)
+        gaps = gaps_at_joints(points, rows, strands, joints, apart, counts_overhangs)
         wrong = np.abs(gaps / apart - 1.0) > _ENOUGH
-        # Shifts that are as small or as large as they may be stay so.
+        # Shifts that are at their bounds stay there.
         wanted = np.clip(shifts * apart / np.maximum(gaps, apart / 2.0), apart, _MOST_SHIFT * apart)
         if (wanted == shifts)[wrong].all():
             break
         shifts = np.where(wrong, wanted, shifts)
         offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
-        points, rows, normals = _settle(lattice, strands, offsets, normals, outward, 1)
+        points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, 1)
     return Fit(points, rows, offsets, normals, shifts / apart)
 
 
-def _settle(
+def _fit_normals(
     lattice: Lattice, strands: Strands, offsets: Floats, normals: Floats, outward: Floats, rounds: int
 ) -> tuple[Floats, SplineRows, Floats]:
-    """Points of the visits, the splines through them, and the normals that fit these."""
+    """Points (M, 3) of the visits, the splines through them, and the normals (N, 3) after some rounds from others."""
     nodes = strands.nodes
     for last in each(range(rounds, -1, -1)):
         points = lattice.nodes[nodes] + offsets[:, None] * normals[nodes]
@@ -191,21 +200,18 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
     """
     points, rows = fit.points, fit.rows
     overhangs = _overhangs(points, strands, longest)
-    parameters, ends = tip_parameters(rows, strands.offsets, overhangs)
-    tipped = with_tips(points, rows.derivatives, parameters, strands.offsets, strands.closed, ends, overhangs)
-    curves = SplineRows(tipped.derivatives, tipped.parameters, ends)
-    drawn = as_b_splines(curves, tipped.points, tipped.offsets, strands.closed)
+    tipped, drawn = extend_to_tips(points, rows, strands.offsets, strands.closed, overhangs)
     step = _STEP * min(lattice.edge_length, lattice.latitudes.spacing)
     samples = sample_curves(
-        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, strands.closed, ends, step=step
+        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, strands.closed, tipped.ends, step=step
     )
     return RodAxes(
         offsets=strands.offsets,
         closed=strands.closed,
         points=points,
         derivatives=rows.derivatives,
-        parameters=parameters,
-        ends=ends,
+        parameters=tipped.parameters[tipped.visits],
+        ends=tipped.ends,
         overhangs=overhangs,
         knot_offsets=drawn.knot_offsets,
         knots=drawn.knots,
@@ -215,6 +221,35 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
         lengths=samples.stations[samples.offsets[1:] - 1],
         layer_offsets=fit.layer_offsets,
     )
+
+
+def extend_to_tips(
+    points: Floats, rows: SplineRows, offsets: Ints, closed: Bools, overhangs: Floats
+) -> tuple[CurveRows, BSplineRows]:
+    """Extend the splines of open rods straight to the tips of their overhangs.
+
+    Parameters
+    ----------
+    points : (M, 3) float64
+        Of the axes at the visits.
+    rows : SplineRows
+        Through the points, from the first visit of each rod to its last.
+    offsets : (S+1,) int64
+    closed : (S,) bool
+    overhangs : (S, 2) float64
+        At the start and the end of each rod; 0 of rings.
+
+    Returns
+    -------
+    curves : CurveRows
+        Of the visits and the tips.
+    splines : BSplineRows
+        The same in B-spline form.
+    """
+    parameters, ends = tip_parameters(rows, offsets, overhangs)
+    curves = with_tips(points, rows.derivatives, parameters, offsets, closed, ends, overhangs)
+    tipped_rows = SplineRows(curves.derivatives, curves.parameters, ends)
+    return curves, as_b_splines(tipped_rows, curves.points, curves.offsets, closed)
 
 
 def _overhangs(points: Floats, strands: Strands, longest: Floats) -> Floats:
@@ -228,7 +263,7 @@ def _overhangs(points: Floats, strands: Strands, longest: Floats) -> Floats:
 
 def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:
     """Unit vectors (N, 3) most nearly normal to all tangents at each node, on the surface's outer side."""
-    unit = tangents / np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), np.finfo(float).tiny)
+    unit = unit_vectors(tangents)
     form = np.zeros((len(outward), 3, 3))
     np.add.at(form, nodes, unit[:, :, None] * unit[:, None, :])
     form -= _TOWARDS_SURFACE * outward[:, :, None] * outward[:, None, :]

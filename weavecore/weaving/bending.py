@@ -243,8 +243,8 @@ def _largest_factors(spans: _Spans, least_radius: Floats) -> Floats:
     # A sample that passes at a factor passes at all that are smaller, so it need not be looked at again below it.
     is_sharp = _fail(table, _MOST_FACTOR)
     half, table = half[is_sharp], table[:, is_sharp]
-    endless = np.ones(2 * n, bool)
-    endless[half] = False
+    is_unbounded = np.ones(2 * n, bool)
+    is_unbounded[half] = False
     for _ in range(_BISECTIONS):
         middle = np.sqrt(low * high)
         is_sharp = _fail(table, middle[half])
@@ -254,11 +254,14 @@ def _largest_factors(spans: _Spans, least_radius: Floats) -> Floats:
         kept = is_sharp | ~bad[half]
         if kept.sum() < _WORTH_A_COPY * len(kept):
             half, table = half[kept], table[:, kept]
-    return np.where(endless, np.inf, low).reshape(n, 2)
+    return np.where(is_unbounded, np.inf, low).reshape(n, 2)
 
 
 def _fail(table: Floats, factor: Union[float, Floats]) -> Bools:
-    """Which samples are bent too sharply: rows of the squared least radius, five coefficients of bend, and speed's."""
+    """Which samples (n,) are bent too sharply at a factor of all diameters.
+
+    Rows of the table (9, n) are the square of the least radius, the 5 coefficients of ``bend`` and the 3 of ``speed``.
+    """
     too_sharp: Bools = table[0] * factor**2 * _polynomial(table[1:6], factor) > _polynomial(table[6:], factor) ** 3
     return too_sharp
 
@@ -280,6 +283,7 @@ def _square(vectors: list[Floats]) -> list[Floats]:
 
 
 def _polynomial(coefficients: Union[Floats, list[Floats]], at: Union[float, Floats]) -> Floats:
+    """Value of a polynomial by Horner's rule, coefficients from degree 0 on."""
     value: Floats = coefficients[-1]
     for coefficient in coefficients[-2::-1]:
         value = value * at + coefficient

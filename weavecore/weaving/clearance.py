@@ -32,7 +32,7 @@ _OWN_REACH = 4.0
 _LITTLE_TURN = 1.0
 """Radians; half of them leave the two ends of four diameters of a rod three and a half diameters apart."""
 
-REACH = 5.0
+_REACH = 5.0
 """The nearest places are looked for so many diameters along each rod, and no further than half an edge."""
 
 _PIECES = 6
@@ -60,21 +60,19 @@ def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
         Each pair of rods once, at the place where they are nearest; the nearest pair first.
     """
     cubics = _Cubics(axes, diameters)
-    chunks = cubics.chunks(
-        np.arange(len(cubics.start)), np.zeros(len(cubics.start), np.int64), cubics.n_pieces, _SIZES[0]
-    )
-    middle = (chunks.a + chunks.b) / 2.0
-    length = np.linalg.norm(chunks.b - chunks.a, axis=1)
-    reach = diameters.max(initial=0.0) + (length + 2.0 * chunks.deviation).max(initial=0.0)
+    runs = cubics.runs(np.arange(len(cubics.start)), np.zeros(len(cubics.start), np.int64), cubics.n_pieces, _SIZES[0])
+    middle = (runs.a + runs.b) / 2.0
+    length = np.linalg.norm(runs.b - runs.a, axis=1)
+    reach = diameters.max(initial=0.0) + (length + 2.0 * runs.deviation).max(initial=0.0)
     pairs = cKDTree(middle).query_pairs(reach, output_type="ndarray").astype(np.int64)
     pairs = np.concatenate([pairs, np.repeat(np.arange(len(middle)), 2).reshape(-1, 2)])
-    pairs = _near_pairs(cubics, chunks, pairs)
+    pairs = _near_pairs(cubics, runs, pairs)
     for size in each(_SIZES[1:]):
-        chunks, pairs = _split(cubics, chunks, pairs, size)
-        pairs = _near_pairs(cubics, chunks, pairs)
+        runs, pairs = _split(cubics, runs, pairs, size)
+        pairs = _near_pairs(cubics, runs, pairs)
     one, other = pairs.T
-    distance, middle = segment_distances(chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other])
-    owners = np.sort(cubics.strand[chunks.cubic[pairs]], axis=1)
+    distance, middle = segment_distances(runs.a[one], runs.b[one], runs.a[other], runs.b[other])
+    owners = np.sort(cubics.strand[runs.cubic[pairs]], axis=1)
     order = np.lexsort([other, one, distance, owners[:, 1], owners[:, 0]])
     _, first = np.unique(owners[order] @ (len(axes), 1), return_index=True)
     chosen = order[first]
@@ -83,7 +81,7 @@ def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
 
 
 @dataclass(frozen=True, eq=False)
-class _Chunks:
+class _Runs:
     """Runs of straight pieces of axes.
 
     Parameters
@@ -122,10 +120,11 @@ class _Cubics:
         self._curvature = np.max([np.linalg.norm(end, axis=1) for end in ends], axis=0) / self._width
 
     def _hermite(self, cubic: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+        """First and last points (n, 3) of cubics, and the derivatives (n, 3) there."""
         a, b, rows = self.start[cubic], self._stop[cubic], self._rows
         return rows.points[a], rows.points[b], rows.derivatives[a], rows.derivatives[b]
 
-    def chunks(self, cubic: Ints, first: Ints, last: Ints, size: int) -> _Chunks:
+    def runs(self, cubic: Ints, first: Ints, last: Ints, size: int) -> _Runs:
         """Divide runs of pieces into runs of ``size``, the last of each may be shorter."""
         counts = -(-(last - first) // size)
         owner = np.repeat(np.arange(len(cubic)), counts)
@@ -135,18 +134,18 @@ class _Cubics:
         hermite, width, n = self._hermite(cubic), self._width[cubic], self.n_pieces[cubic]
         a, b = (cubic_points(*hermite, width, k / n)[0] for k in (begin, end))
         # A curve lies within h²/8 max|r''| of its chord.
-        return _Chunks(cubic, begin, end, a, b, self._curvature[cubic] * ((end - begin) / n * width) ** 2 / 8.0)
+        return _Runs(cubic, begin, end, a, b, self._curvature[cubic] * ((end - begin) / n * width) ** 2 / 8.0)
 
-    def is_own(self, chunks: _Chunks, pairs: Ints) -> Bools:
+    def is_own(self, runs: _Runs, pairs: Ints) -> Bools:
         """Which pairs are of one rod and cannot clash: all their pieces are neighbours, or it hardly turns on its way.
 
         A curve that turns by less than a radian from end to end is at least cos(1/2) times as wide as it is long.
         """
-        cubic = chunks.cubic[pairs]
+        cubic = runs.cubic[pairs]
         at, part = self._rows.parameters[self.start[cubic]], self._width[cubic] / self.n_pieces[cubic]
-        begin, end = at + part * chunks.first[pairs], at + part * (chunks.last[pairs] - 1)
+        begin, end = at + part * runs.first[pairs], at + part * (runs.last[pairs] - 1)
         apart = end.max(1) - begin.min(1)
-        is_single = (chunks.last - chunks.first == 1)[pairs].all(1)
+        is_single = (runs.last - runs.first == 1)[pairs].all(1)
         apart = np.where(is_single, np.minimum(apart, self._turn[cubic[:, 0]] - apart), apart)
         near = apart < _OWN_REACH * self.diameter[cubic[:, 0]]
         is_hardly_bent = self._curvature[cubic].max(1) * (end.max(1) - begin.min(1)) < _LITTLE_TURN
@@ -155,32 +154,32 @@ class _Cubics:
         return own
 
 
-def _near_pairs(cubics: _Cubics, chunks: _Chunks, pairs: Ints) -> Ints:
+def _near_pairs(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
     """The pairs of runs that may have pieces nearer than rods may be, neighbours on one rod left out."""
     parts = each(pairs[begin : begin + _PAIRS_AT_ONCE] for begin in range(0, len(pairs), _PAIRS_AT_ONCE))
-    return np.concatenate([_near_pairs_of(cubics, chunks, part) for part in parts] or [pairs])
+    return np.concatenate([_near_pairs_of(cubics, runs, part) for part in parts] or [pairs])
 
 
-def _near_pairs_of(cubics: _Cubics, chunks: _Chunks, pairs: Ints) -> Ints:
+def _near_pairs_of(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
     one, other = pairs.T
-    is_single = (chunks.last - chunks.first == 1)[pairs]
-    slack = np.where(is_single, 0.0, chunks.deviation[pairs]).sum(1)
-    least = (1.0 - CLASH) * cubics.diameter[chunks.cubic[pairs]].mean(1) + slack
-    a, b, c, d = chunks.a[one], chunks.b[one], chunks.a[other], chunks.b[other]
-    # Whose middles are further apart than half of both lengths and the bound need not be measured.
+    is_single = (runs.last - runs.first == 1)[pairs]
+    slack = np.where(is_single, 0.0, runs.deviation[pairs]).sum(1)
+    least = (1.0 - CLASH) * cubics.diameter[runs.cubic[pairs]].mean(1) + slack
+    a, b, c, d = runs.a[one], runs.b[one], runs.a[other], runs.b[other]
+    # Pairs whose middles are further apart than half of both lengths and the bound need not be measured.
     gap, u, v = (a + b - c - d) / 2.0, b - a, d - c
     may_be = np.flatnonzero(np.sqrt(dots(gap, gap)) <= (np.sqrt(dots(u, u)) + np.sqrt(dots(v, v))) / 2.0 + least)
     distance, _ = segment_distances(a[may_be], b[may_be], c[may_be], d[may_be])
     pairs = pairs[may_be[distance < least[may_be]]]
-    return pairs[~cubics.is_own(chunks, pairs)]
+    return pairs[~cubics.is_own(runs, pairs)]
 
 
-def _split(cubics: _Cubics, chunks: _Chunks, pairs: Ints, size: int) -> tuple[_Chunks, Ints]:
+def _split(cubics: _Cubics, runs: _Runs, pairs: Ints, size: int) -> tuple[_Runs, Ints]:
     """Divide the runs of all pairs further, and pair the parts of one with those of the other."""
     used, pairs = np.unique(pairs, return_inverse=True)
     pairs = pairs.reshape(-1, 2)
-    first, last = chunks.first[used], chunks.last[used]
-    parts = cubics.chunks(chunks.cubic[used], first, last, size)
+    first, last = runs.first[used], runs.last[used]
+    parts = cubics.runs(runs.cubic[used], first, last, size)
     counts = -(-(last - first) // size)
     begin = np.cumsum(counts) - counts
     one, other = pairs.T
@@ -193,9 +192,9 @@ def _split(cubics: _Cubics, chunks: _Chunks, pairs: Ints, size: int) -> tuple[_C
 
 
 def gaps_at_joints(
-    points: Floats, rows: SplineRows, strands: Strands, joints: Joints, apart: Floats, has_tips: Bools
+    points: Floats, rows: SplineRows, strands: Strands, joints: Joints, apart: Floats, counts_overhangs: Bools
 ) -> Floats:
-    """Least distance (C,) between the axes of the two rods of each contact, near the joint.
+    """Least distance between the axes of the two rods of each contact, near the joint.
 
     Parameters
     ----------
@@ -206,16 +205,20 @@ def gaps_at_joints(
     joints : Joints
     apart : (C,) float64
         Mean diameter of the two rods.
-    has_tips : (C,) bool
+    counts_overhangs : (C,) bool
         Whether rods that end at the joint are taken to run on straight beyond it.
+
+    Returns
+    -------
+    (C,) float64
     """
     visits = joints.visit[joints.contacts]
-    spans = _Spans(points, rows, strands)
+    spans = _VisitCubics(points, rows, strands)
     least = np.empty(len(visits))
     for begin in each(range(0, len(visits), _CONTACTS_AT_ONCE)):
         part = slice(begin, begin + _CONTACTS_AT_ONCE)
-        reach = REACH * apart[part]
-        beyond = np.where(has_tips[part], reach, 0.0)
+        reach = _REACH * apart[part]
+        beyond = np.where(counts_overhangs[part], reach, 0.0)
         least[part] = _least_distances(*(spans.around(v, reach, beyond) for v in visits[part].T))
     return least
 
@@ -236,7 +239,7 @@ def _least_distances(one: Floats, other: Floats) -> Floats:
     return least
 
 
-class _Spans:
+class _VisitCubics:
     """The cubics before and after each visit, as polynomials in t from 0 to 1."""
 
     def __init__(self, points: Floats, rows: SplineRows, strands: Strands) -> None:

@@ -6,7 +6,8 @@
      ────┼──────────┼──────────┼──────────┼────        the axis runs on straight beyond the outermost visits
      overhang                          overhang
 
-Only the ends change: stations shift by what the start of their rod gains.  Linear in the visits, but for the clashes.
+Where an overhang runs into another rod it is shortened, as far as a tie still holds.  Only the ends change: stations
+shift by what the start of their rod gains.  Linear in the visits, but for the clashes.
 """
 
 from __future__ import annotations
@@ -16,15 +17,17 @@ from dataclasses import replace
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Floats, dots, rows_of
-from weavecore.geometry.splines import SplineRows, as_b_splines
+from weavecore.geometry.arrays import Floats, dots, rows_of, unit_vectors
+from weavecore.geometry.splines import SplineRows
 from weavecore.model.joints import Clashes
-from weavecore.model.rod_axes import RodAxes, tip_parameters, with_tips
+from weavecore.model.rod_axes import RodAxes
 from weavecore.model.weave import Weave
+from weavecore.weaving.axes import extend_to_tips
 from weavecore.weaving.clearance import find_clashes
 
 _LEAST, _GAP = 5.0, 2.0
 """Diameters: an overhang that is shortened keeps the first, and ends at least the second before the nearest place."""
+
 _MOST_ROUNDS = 4
 """Each round shortens an overhang by two diameters or more, so that three lead from ten to the least length."""
 
@@ -88,8 +91,7 @@ def _shorter(axes: RodAxes, diameters: Floats, clashes: Clashes) -> Floats:
     diameter = diameters[strand]
     for end, way in ((0, -1.0), (1, 1.0)):
         outermost = axes.offsets[strand] if end == 0 else axes.offsets[strand + 1] - 1
-        slope = way * axes.derivatives[outermost]
-        along = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny)
+        along = unit_vectors(way * axes.derivatives[outermost])
         beyond = place - axes.points[outermost]
         reach = dots(beyond, along)
         aside = np.linalg.norm(beyond - reach[:, None] * along, axis=1)
@@ -108,15 +110,11 @@ def _with_lengths(axes: RodAxes, overhangs: Floats) -> RodAxes:
     first, last = axes.offsets[:-1], axes.offsets[1:] - 1
     bare = axes.parameters - axes.parameters[first][rows_of(axes.offsets)]
     inner = SplineRows(axes.derivatives, bare, np.where(axes.closed, axes.ends, bare[last]))
-    parameters, ends = tip_parameters(inner, axes.offsets, overhangs)
-    tipped = with_tips(axes.points, axes.derivatives, parameters, axes.offsets, axes.closed, ends, overhangs)
-    drawn = as_b_splines(
-        SplineRows(tipped.derivatives, tipped.parameters, ends), tipped.points, tipped.offsets, axes.closed
-    )
+    tipped, drawn = extend_to_tips(axes.points, inner, axes.offsets, axes.closed, overhangs)
     return replace(
         axes,
-        parameters=parameters,
-        ends=ends,
+        parameters=tipped.parameters[tipped.visits],
+        ends=tipped.ends,
         overhangs=overhangs,
         knot_offsets=drawn.knot_offsets,
         knots=drawn.knots,

@@ -1,9 +1,9 @@
 """Strands: which edges of a lattice one rod follows through the nodes.
 
-A *dart* is an edge with a direction: dart ``2 * e`` runs along edge ``e`` as it is listed, dart
-``2 * e + 1`` back.  At each node the edges of one family are paired so that rods bend
-little; a dart is followed by the one that leaves the node along the partner of its edge (`rod_pairing`).  Chains of
-followers are the connected components of that relation, ordered by one breadth-first walk: O(E).
+A *dart* is an edge with a direction: dart ``2 * e`` runs along edge ``e`` as it is listed, dart ``2 * e + 1`` back.
+At each node the edges are paired so that rods bend little and few are short (`rod_pairing`); a dart is followed by the
+one that leaves the node along the partner of its edge.  Chains of followers are the connected components of that
+relation, ordered by one breadth-first walk: O(E).
 
 Strands that pass one node are gathered by it (`SharedNodes`): these nodes become the joints of the weave.
 """
@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, previous_in_loop, ranks_in_rows, rows_of
 from weavecore.geometry.matching import ALONE
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -28,7 +28,7 @@ _NONE = ALONE
 
 
 def find_strands(lattice: Lattice, cuts: Optional[Ints] = None) -> Strands:
-    """Chain the edges of each family into rods that bend least at the nodes.
+    """Chain the edges into rods that bend little at the nodes.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def find_strands(lattice: Lattice, cuts: Optional[Ints] = None) -> Strands:
     Returns
     -------
     Strands
-        Every edge in exactly one.  Family by family; those along the latitudes in the order of
-        these, the others by their least edge.  A closed strand begins with its least
-        edge, an open one with the end that gives the lesser first dart.
+        Every edge in exactly one.  Family by family, those with edges of several families as longitudinal ones; those
+        along the latitudes in the order of these, the others by their least edge.  A closed strand begins with its
+        least edge, an open one with the end that gives the lesser first dart.
     """
     follower = _followers(lattice, cuts)
     n = len(follower)
@@ -67,7 +67,7 @@ def find_strands(lattice: Lattice, cuts: Optional[Ints] = None) -> Strands:
     family = _families(lattice.edge_family[dart // 2], chain, count)[chains]
     order = np.lexsort((least[chains], family))
     chains, family = chains[order], family[order]
-    return _write(lattice, follower, before, chain, chains, family, start, is_open)
+    return _in_order(lattice, follower, before, chain, chains, family, start, is_open)
 
 
 def darts_at(lattice: Lattice, strands: Strands, visits: Bools) -> Ints:
@@ -79,9 +79,7 @@ def darts_at(lattice: Lattice, strands: Strands, visits: Bools) -> Ints:
     strands : Strands
     visits : (M,) bool
     """
-    after = next_in_loop(strands.offsets)
-    before = np.empty_like(after)
-    before[after] = np.arange(len(after))
+    after, before = next_in_loop(strands.offsets), previous_in_loop(strands.offsets)
     at = np.flatnonzero(visits)
     here = strands.nodes[at]
     pairs = []
@@ -100,7 +98,7 @@ def _families(family: Ints, chain: Ints, count: int) -> Ints:
     return families
 
 
-def _write(
+def _in_order(
     lattice: Lattice,
     follower: Ints,
     before: Ints,
@@ -110,7 +108,10 @@ def _write(
     start: Ints,
     is_open: Bools,
 ) -> Strands:
-    """String the chains one behind the other, so that one walk in compiled code orders all darts."""
+    """The strands of chains of darts, in the order of ``chains``.
+
+    The chains are linked one behind the other, so that one walk in compiled code orders all darts.
+    """
     n = len(follower)
     after = follower.copy()
     first = start[chains]
@@ -184,8 +185,7 @@ def find_shared_nodes(strands: Strands) -> SharedNodes:
     node, first, count = np.unique(strands.nodes[order], return_index=True, return_counts=True)
     shared = count > 1
     offsets = offsets_of(count[shared])
-    within = np.arange(offsets[-1]) - offsets[rows_of(offsets)]
-    visit = order[np.repeat(first[shared], count[shared]) + within]
+    visit = order[np.repeat(first[shared], count[shared]) + ranks_in_rows(count[shared])]
     joint = np.full(len(strands.nodes), -1, np.int64)
     joint[visit] = rows_of(offsets)
     return SharedNodes(node[shared], offsets, visit, joint)

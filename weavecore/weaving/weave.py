@@ -1,9 +1,14 @@
 """Stage 4: from the lattice to the rods (Yan et al. 2016, §3 and §6).
 
-    strands → lean → order at the joints → axes → bending → breaks, and again for the broken strands
+1. Edges are paired into rods (`strands`), and these lie over and under each other (`layers`).
+2. Their axes are fitted (`axes`) and their bending is measured (`bending`).
+3. Without a given diameter: the stock diameter is chosen (`stock`), rods that cannot be bent are broken (`breaks`), and
+   both steps are done again with these.
+4. Where rods end, the others are shifted further away, so that overhangs pass.
+5. The axes are drawn; overhangs that still clash are shortened (`overhangs`), and rods get their names (`naming`).
 
-Without a rod diameter the search for the thickest stock diameter that can be bent begins from a part of the spacing.
-Linear in the visits but for sorting; each diameter that is tried costs one fit of the axes.
+Without a rod diameter the search for the thickest stock diameter that can be bent begins at a part of the spacing.
+Linear in the visits but for sorting; each diameter that is tried costs a fit of the axes, and each round of breaks.
 """
 
 from __future__ import annotations
@@ -33,9 +38,6 @@ from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
 from weavecore.weaving.strands import darts_at, find_strands
 
-_SPACING_IN_RODS = 48.0
-"""Spacing, or mean edge where that is shorter, over the diameter that the search for a diameter starts from."""
-
 _MOST_BREAK_ROUNDS = 3
 """A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
 
@@ -47,8 +49,8 @@ _MOST_SHARP = 0.5
 """Share of the joints at which the thinnest rods of the stock may be too sharply bent to be broken there.  Beyond it,
 broken rods would be pieces of a few joints each, and hold nothing: they stay whole, and exceed the allowable stress."""
 
-_MOST_TIP_ROUNDS = 6
-"""Rounds in which joints of rods that bend too much get their tips back."""
+_MOST_OVERHANG_ROUNDS = 6
+"""Rounds in which the room for overhangs is taken back at contacts of rods that it bends too much."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -100,11 +102,11 @@ def weave_lattice(
     style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     report(0.0, "finding the strands")
-    woven = _Woven(lattice, stuff, style)
+    weaver = _Weaver(lattice, stuff, style)
     strands = find_strands(lattice)
     report(0.3, "bending the rods")
-    bent = woven.bend_in_stock(strands, stock) if by_family is None else woven.bend(strands, by_family)
-    bent = woven.make_room_for_tips(bent)
+    bent = weaver.bend_in_stock(strands, stock) if by_family is None else weaver.bend(strands, by_family)
+    bent = weaver.make_room_for_overhangs(bent)
     report(0.8, "measuring")
     axes = draw_axes(lattice, bent.strands, bent.fit, OVERHANG_DIAMETERS * bent.diameters)
     axes, clashes = clear_overhangs(axes, bent.diameters)
@@ -171,8 +173,8 @@ class _Bent:
 
 
 @dataclass(frozen=True, eq=False)
-class _Woven:
-    """Lattice, material and style: what does not depend on the diameter of the rods."""
+class _Weaver:
+    """Bends rods into a lattice, of one material and in one style."""
 
     lattice: Lattice
     material: Material
@@ -188,12 +190,12 @@ class _Woven:
         strands: Strands,
         by_family: Floats,
         like: Optional[_Bent] = None,
-        has_tips: Optional[Bools] = None,
+        counts_overhangs: Optional[Bools] = None,
     ) -> _Bent:
         """Lay rods of diameters (3,) by their family over and under each other and measure how they are bent.
 
-        What is known of ``like`` rods, those of another diameter or before they are broken, is where the fit starts.
-        Ends of rods run on beyond their joints at the contacts that have tips (C,), by default none.
+        The fit starts from that of ``like`` rods: those of another diameter, or before they are broken.  Overhangs
+        count at the contacts (C,) of ``counts_overhangs``, by default at none.
         """
         lattice = self.lattice
         diameters = _of_rods(by_family, strands)
@@ -211,8 +213,10 @@ class _Woven:
             diameters,
             self.outward,
             centred_on_rings=self.style.name == STACKED,
-            has_tips=np.zeros(len(order.joints.contacts), bool) if has_tips is None else has_tips,
-            start=None if like is None else (_widening(order.joints, like), like.fit.normals),
+            counts_overhangs=np.zeros(len(order.joints.contacts), bool)
+            if counts_overhangs is None
+            else counts_overhangs,
+            start=None if like is None else (_shift_ratios(order.joints, like), like.fit.normals),
         )
         shift = fit.layer_offsets[:, None] * fit.normals[strands.nodes]
         sharpest = find_sharpest(
@@ -229,7 +233,7 @@ class _Woven:
     def bend_in_stock(self, strands: Strands, own: Optional[Sequence[float]]) -> _Bent:
         """Rods of the thickest stock diameter that nearly all can be bent in, broken where few cannot."""
         stock = own or stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
-        whole = self.bend(strands, _one_for_all(_first_diameter(self.lattice)))
+        whole = self.bend(strands, _one_for_all(self.lattice.assumed_diameter))
         diameter = choose_diameter(whole.sharpest.largest, stock)
         while True:
             whole = self.bend(strands, _one_for_all(diameter), like=whole)
@@ -258,25 +262,25 @@ class _Woven:
                 bent = replace(self.bend(strands, bent.by_family, like=bent), cuts=cuts)
         return bent
 
-    def make_room_for_tips(self, bent: _Bent) -> _Bent:
-        """Widen the joints at which rods end until tips pass the other rods, where that bends none too much."""
+    def make_room_for_overhangs(self, bent: _Bent) -> _Bent:
+        """Shift rods apart where one ends, so that its overhang passes the other, unless that bends one too much."""
         joints = bent.order.joints
-        has_tips = np.ones(len(joints.contacts), bool)
-        for _ in range(_MOST_TIP_ROUNDS):
-            wider = self.bend(bent.strands, bent.by_family, like=bent, has_tips=has_tips)
+        counts_overhangs = np.ones(len(joints.contacts), bool)
+        for _ in range(_MOST_OVERHANG_ROUNDS):
+            wider = self.bend(bent.strands, bent.by_family, like=bent, counts_overhangs=counts_overhangs)
             before, now = bent.sharpest.utilisation, wider.sharpest.utilisation
             is_worse = (now > 1.0) & (now > before)
             if not is_worse.any():
                 return wider
-            has_tips &= ~is_worse[joints.strand[joints.contacts]].any(axis=1)
+            counts_overhangs &= ~is_worse[joints.strand[joints.contacts]].any(axis=1)
         return bent
 
 
-def _widening(joints: Joints, like: _Bent) -> Floats:
-    """Widening (C,) of contacts as that of like rods; 1 at nodes that they pass another number of times."""
+def _shift_ratios(joints: Joints, like: _Bent) -> Floats:
+    """Shift ratios (C,) of contacts as those of like rods; 1 at nodes that they pass another number of times."""
     before = like.order.joints
     if joints is before:
-        return like.fit.widening
+        return like.fit.shift_ratios
     if len(before) == 0:
         return np.ones(len(joints.contacts))
     at = np.minimum(np.searchsorted(before.node, joints.node), len(before) - 1)
@@ -284,10 +288,10 @@ def _widening(joints: Joints, like: _Bent) -> Floats:
     is_same = (before.node[at] == joints.node) & (n_old[at] == n_new)
     joint = joints.joint[joints.contacts[:, 0]]
     first = np.cumsum(n_old - 1) - (n_old - 1)
-    widening = np.ones(len(joint))
+    ratios = np.ones(len(joint))
     known = is_same[joint]
-    widening[known] = like.fit.widening[(first[at][joint] + joints.rank[joints.contacts[:, 0]])[known]]
-    return widening
+    ratios[known] = like.fit.shift_ratios[(first[at][joint] + joints.rank[joints.contacts[:, 0]])[known]]
+    return ratios
 
 
 def _one_for_all(diameter: float) -> Floats:
@@ -330,8 +334,3 @@ def _checked_stock(stock: Sequence[float], by_family: Optional[Floats]) -> tuple
     if not sizes or not all(np.isfinite(size) and size > 0 for size in sizes):
         raise Unsupported(f"Stock diameters must be positive (got {sizes})", remedy="Give positive diameters.")
     return sizes
-
-
-def _first_diameter(lattice: Lattice) -> float:
-    edge = float(lattice.edge_lengths.mean()) if lattice.n_edges else np.inf
-    return min(lattice.latitudes.spacing, edge) / _SPACING_IN_RODS

@@ -1,8 +1,8 @@
-"""What is kept between the solutions of a definition: results by their inputs, and which buttons are down.
+"""What is cached between the solutions of a definition: results by their inputs, and which buttons are down.
 
-Everything lies in ``scriptcontext.sticky``, on one shelf for each component.  A shelf holds the results of the last
+Everything lies in ``scriptcontext.sticky``, in one cache for each component.  A cache holds the results of the last
 two solutions, and at least `_FEWEST`: a slider that is set back costs no time, and memory does not grow with its steps.
-The shelves of a document that is closed, and of a component that is deleted, are taken away when the next new shelf is
+The caches of a document that is closed, and of a component that is deleted, are dropped when the next new cache is
 made and when a document is closed.
 """
 
@@ -13,15 +13,16 @@ from collections.abc import Mapping, MutableMapping
 from importlib import import_module
 from typing import Any, Optional
 
-_FEWEST = 4
-_SOLUTIONS = 2
+_FEWEST, _SOLUTIONS = 4, 2
+"""Results that a cache holds at least, and the solutions whose results it holds."""
+
 _PREFIX = "weavecore:"
 _WATCHED = "weavecore.watched"
 """Key of the sticky that says that the closing of documents is listened to."""
 
 
-class Shelf:
-    """Results of one component, the least used of which give way, and its buttons.
+class ComponentCache:
+    """Results of one component, of which the least recently used give way, and its buttons.
 
     Parameters
     ----------
@@ -57,8 +58,8 @@ class Shelf:
             self._outcomes.popitem(last=False)
 
 
-def shelf_of(component: Any, sticky: MutableMapping[str, Any]) -> Shelf:
-    """The shelf of a component; a new one is made, and those that nobody needs are taken away.
+def cache_of(component: Any, sticky: MutableMapping[str, Any]) -> ComponentCache:
+    """The cache of a component; where a new one is made, those that nobody needs are dropped.
 
     Parameters
     ----------
@@ -69,15 +70,15 @@ def shelf_of(component: Any, sticky: MutableMapping[str, Any]) -> Shelf:
     # A definition that is opened twice, or saved under another name, has the same components.
     name = f"{_PREFIX}{getattr(document, 'DocumentID', '')}:{guid}"
     if name not in sticky:
-        clear_shelves(sticky)
+        drop_caches(sticky)
         _watch_documents(sticky)
-        sticky[name] = Shelf(document, guid)
-    shelf: Shelf = sticky[name]
-    return shelf
+        sticky[name] = ComponentCache(document, guid)
+    cache: ComponentCache = sticky[name]
+    return cache
 
 
-def clear_shelves(sticky: MutableMapping[str, Any], closed: Any = None) -> None:
-    """Take away the shelves of components that are in no open document.
+def drop_caches(sticky: MutableMapping[str, Any], closed: Any = None) -> None:
+    """Drop the caches of components that are in no open document.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def clear_shelves(sticky: MutableMapping[str, Any], closed: Any = None) -> None:
     open_ids = {str(document.DocumentID) for document in server}
     if closed is not None:
         open_ids.discard(str(closed.DocumentID))
-    for name in [name for name, shelf in sticky.items() if isinstance(shelf, Shelf)]:
+    for name in [name for name, cache in sticky.items() if isinstance(cache, ComponentCache)]:
         document = sticky[name].document
         if document is None:  # It is not on a canvas.
             continue
@@ -105,13 +106,13 @@ def _holds(document: Any, guid: str) -> bool:
 
 
 def _watch_documents(sticky: MutableMapping[str, Any]) -> None:
-    """Have the shelves of a document taken away when it is closed."""
+    """Have the caches of a document dropped when it is closed."""
     server = _document_server()
     if server is None or _WATCHED in sticky:
         return
 
     def closed(_sender: Any, document: Any) -> None:
-        clear_shelves(sticky, document)
+        drop_caches(sticky, document)
 
     server.DocumentRemoved += closed
     sticky[_WATCHED] = closed
@@ -161,8 +162,8 @@ def pressed(
     """
     if not buttons:
         return {}
-    shelf = shelf_of(component, sticky)
+    cache = cache_of(component, sticky)
     if number == 0:
         down = {name for name, value in buttons.items() if value}
-        shelf.pressed, shelf.down = down - shelf.down, down
-    return {name: name in shelf.pressed for name in buttons}
+        cache.pressed, cache.down = down - cache.down, down
+    return {name: name in cache.pressed for name in buttons}
