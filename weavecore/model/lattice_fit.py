@@ -30,7 +30,7 @@ _FAR = 0.6
 up to half its own length."""
 
 _SHORT = 2e-3
-"""Of the spacing or the edge length: shorter edges are noted; whoever ties the rods cannot tell their two nodes apart."""
+"""Of the spacing or the edge length: shorter edges are noted: whoever ties the rods sees one node."""
 
 
 def edge_gaps(lattice: Lattice) -> Floats:
