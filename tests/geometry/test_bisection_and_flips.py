@@ -9,9 +9,10 @@ import pytest
 from scipy.spatial import Delaunay
 
 from planar_meshes import plate, rectangle
-from weavecore.geometry.bisection import bisect_edges, bisect_long_edges, unique_edges
+from weavecore.geometry.bisection import bisect_edges, bisect_long_edges, expected_bisections, unique_edges
 from weavecore.geometry.lawson_flips import improve_triangles, turn_edges
 from weavecore.geometry.matching import match_greedily
+from weavecore.geometry.needles import divide_needles
 
 NOTHING = np.zeros(0, np.int64)
 
@@ -123,3 +124,56 @@ def test_edges_at_one_corner_are_not_turned_together_where_gains_depend_on_each_
 
     turned = turn_edges(fan, 7, NOTHING, gain, one_a_corner=True)
     assert len(np.unique(turned[(turned == 0).any(1)])) - 1 == 4
+
+
+def strip_of_needles(n=120, length=1.2, height=0.004):
+    """A narrow strip, finely divided along its long sides: each of these in a fan about a far corner."""
+    x = np.linspace(0.0, length, n + 1)
+    points = np.concatenate([np.c_[x, 0 * x, 0 * x], np.c_[x, 0 * x + height, 0 * x]])
+    k = np.arange(n)
+    top = np.stack([0 * k, n + 2 + k, n + 1 + k], axis=1)
+    return points, np.concatenate([top, np.stack([k, k + 1, 0 * k + 2 * n + 1], axis=1)])
+
+
+def doubled_areas(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)[:, 2]
+
+
+def test_inner_edges_of_needles_are_divided_at_once_and_border_and_area_stay():
+    points, triangles = strip_of_needles()
+    more, divided, origin = divide_needles(points, triangles, 0.01)
+    edges, of_side = unique_edges(divided)
+    count = np.bincount(of_side.ravel())
+    length = np.linalg.norm(more[edges[:, 0]] - more[edges[:, 1]], axis=1)
+    area = doubled_areas(more, divided)
+    assert length[count == 2].max() <= 8 * 0.01
+    assert np.mean(length[count == 2] > 0.02) < 0.02
+    assert count.max() == 2
+    assert (count == 1).sum() == 242
+    assert (area > 0).all()
+    assert area.sum() == pytest.approx(2 * 1.2 * 0.004)
+    assert len(more) - len(edges) + len(divided) == 1
+    assert len(divided) == len(triangles) + 2 * (len(more) - len(points))
+    np.testing.assert_array_equal(origin[: len(points)], np.arange(len(points)))
+
+
+def test_divided_needles_are_bisected_into_a_few_of_the_triangles_that_needles_are():
+    mesh = strip_of_needles()
+    n_whole = len(bisect_long_edges(*mesh, 0.01)[1])
+    n_divided = len(bisect_long_edges(*divide_needles(*mesh, 0.01)[:2], 0.01)[1])
+    assert 4 * n_divided < n_whole
+
+
+def test_triangles_that_are_no_needles_and_needles_with_a_long_border_stay():
+    for points, triangles in (plate([rectangle(1.0, 1.0)], 0.1), strip_of_needles(2, 3.0)):
+        more, same, _ = divide_needles(points, triangles, 0.01)
+        np.testing.assert_array_equal(more, points)
+        np.testing.assert_array_equal(same, triangles)
+
+
+@pytest.mark.parametrize("mesh", [strip_of_needles(), plate([rectangle(1.0, 1.0)], 0.1)])
+def test_the_expected_number_of_triangles_is_about_what_bisection_makes(mesh):
+    for longest in (0.01, 0.02, 0.3):
+        n_made = len(bisect_long_edges(*mesh, longest)[1])
+        assert 0.5 * n_made <= expected_bisections(*mesh, longest) <= 2 * n_made

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planar_meshes import circle, plate
 from weavecore import pipeline
 from weavecore.errors import Doubtful
 from weavecore.exporting.registry import encode
@@ -132,3 +133,25 @@ def test_edges_far_off_the_surface_are_noted_with_their_number_and_distance() ->
     numbers = dict(note.numbers)
     assert numbers["far_edges"] == (lattice.edges == inner).any(1).sum()
     assert 0.7 * 16 < numbers["distance"] < 16
+
+
+def almost_touching(gap: float, n_holes: int) -> SurfaceMesh:
+    """A disc in which a hole comes that near to the rim, or two holes come that near to each other."""
+    radius = 0.3
+    shift = radius + gap / 2
+    centres = [(1.0 - radius - gap, 0.0)] if n_holes == 1 else [(-shift, 0.0), (shift, 0.0)]
+    return SurfaceMesh(*plate([circle(1.0, n=60), *(circle(radius, centre, 24) for centre in centres)], 0.1))
+
+
+@pytest.mark.parametrize("n_holes", [1, 2])
+def test_an_edge_without_length_between_borders_that_almost_touch_is_noted_with_its_place(n_holes: int) -> None:
+    lattice = pipeline.link(pipeline.offset(almost_touching(1e-5, n_holes)))
+    (note,) = notes_of(lattice)
+    numbers = dict(note.numbers)
+    assert (note.code, note.is_doubt, numbers["short_edges"]) == ("COARSE", True, 1)
+    assert numbers["length"] == pytest.approx(lattice.edge_lengths.min()) == pytest.approx(1e-5)
+    assert np.allclose(note.points, [[1.0, 0.0, 0.0] if n_holes == 1 else [0.0, 0.0, 0.0]], atol=1e-5)
+
+
+def test_borders_that_are_a_hundredth_of_the_size_apart_are_not_doubted() -> None:
+    assert notes_of(pipeline.link(pipeline.offset(almost_touching(0.01, 1)))) == ()

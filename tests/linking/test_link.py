@@ -20,7 +20,7 @@ from bound_rings import (
 )
 from planar_meshes import plate, rectangle
 from weavecore.errors import TooMuchWork, Unsupported
-from weavecore.linking import pocket_filling
+from weavecore.linking import band_mesh, pocket_filling
 from weavecore.linking.link import link_latitudes
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
@@ -255,3 +255,11 @@ def test_a_pocket_in_which_no_steiner_vertex_fits_is_refused_before_its_mesh_gro
     with pytest.raises(TooMuchWork, match="too narrow"):
         link_latitudes(latitudes)
     assert max(sizes) < 30 * sizes[0]
+
+
+def test_pockets_that_would_take_too_many_points_are_refused_before_they_are_refined(monkeypatch):
+    latitudes = offset_levels(SurfaceMesh(*plate([rectangle(4.0, 4.0)], 0.5)), spacing=0.3)
+    monkeypatch.setattr(band_mesh, "MOST_POINTS", 50)
+    monkeypatch.setattr(band_mesh, "bisect_long_edges", None)
+    with pytest.raises(TooMuchWork, match=r"would have about 4,\d+ points, more than 50"):
+        link_latitudes(latitudes)

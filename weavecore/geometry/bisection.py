@@ -60,6 +60,21 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
     return points, np.concatenate([*done, triangles]), origin
 
 
+def expected_bisections(points: Floats, triangles: Ints, longest: float) -> float:
+    """About how many triangles `bisect_long_edges` makes: a round makes 4, 3 or 2 of one with 3, 2 or 1 long sides.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    triangles : (T, 3) int64
+    longest : float
+    """
+    sides = _side_lengths(points, triangles)
+    longest = max(longest, _longest_border(points, triangles, sides > longest))
+    rounds = np.sort(np.ceil(np.log2(np.maximum(sides / longest, 1.0))), axis=1)
+    return float((2.0 ** rounds[:, 2] * 1.5 ** rounds[:, 1] * (4 / 3) ** rounds[:, 0]).sum())
+
+
 def _side_lengths(points: Floats, triangles: Ints) -> Floats:
     """(T, 3) length of each side."""
     poll()

@@ -13,7 +13,8 @@
 3. A vertex on a curve between two bands becomes one in each, so bands share nothing.
 4. Each boundary vertex belongs to the nearest node of its curve.  A node of a cut is seen from either side; each view
    is a *copy* of it, but at a free end of a curve inside the surface, where both sides meet, it is one copy.
-5. Long inner edges are bisected, until the triangles are much smaller than the edges of the lattice.
+5. Long inner edges are divided, those of needles at once (`geometry.needles`) and others by bisection, until the
+   triangles are much smaller than the edges of the lattice.
 
 Time is O(N log N) for N triangles.
 """
@@ -25,18 +26,24 @@ from typing import Optional
 
 import numpy as np
 
+from weavecore.errors import TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
-from weavecore.geometry.bisection import bisect_edges, bisect_long_edges
+from weavecore.geometry.bisection import bisect_edges, bisect_long_edges, expected_bisections
 from weavecore.geometry.cut import NONE, CellComplex, cut_along
+from weavecore.geometry.needles import divide_needles
 from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side, triangulate_polygon
 from weavecore.linking.band_boundaries import BandBoundaries, OpenMesh, open_mesh, trace_band_boundaries
 from weavecore.linking.free_borders import FreeBorderNodes, PolylineEnd
 from weavecore.model.latitudes import Latitudes
 from weavecore.polling import each
+from weavecore.texts import rough_count
 
 _LONGEST_EDGE = 0.5
 """Part of the lattice's edge length: no inner edge of a band mesh is longer, so that two nodes next to each other
 have several vertices between them."""
+MOST_POINTS = 2_000_000
+"""Points of a band mesh: some 2 GB with its graph.  Fine meshes of large surfaces have a tenth of it."""
+_TRIANGLES_PER_POINT = 2
 _MOST_SIDES_OF_SMALL = 4
 """A cell of up to so many sides is triangulated by a diagonal."""
 
@@ -83,6 +90,11 @@ def mesh_bands(
         The bands to cut out.
     edge_length : float
         Of the lattice.  Inner edges of the band mesh are half as long at most.
+
+    Raises
+    ------
+    TooMuchWork
+        Where about `MOST_POINTS` points are not enough for that.
     """
     all_bands = latitudes.bands
     sides = np.flatnonzero(np.isin(rows_of(all_bands.offsets), bands))
@@ -113,7 +125,20 @@ def mesh_bands(
     copy_band[number] = point_band[copy != NONE]
     copy[copy != NONE] = number
     whole = BandMesh(points[point], local, point_band, copy, copy_band, copies.node[used])
-    return _refined(whole, *bisect_long_edges(whole.points, whole.triangles, _LONGEST_EDGE * edge_length))
+    return _with_short_edges(whole, _LONGEST_EDGE * edge_length)
+
+
+def _with_short_edges(mesh: BandMesh, longest: float) -> BandMesh:
+    """The same mesh with its long inner edges divided."""
+    mesh = _refined(mesh, *divide_needles(mesh.points, mesh.triangles, longest))
+    n_expected = expected_bisections(mesh.points, mesh.triangles, longest) / _TRIANGLES_PER_POINT
+    if n_expected > MOST_POINTS:
+        raise TooMuchWork(
+            f"Pockets in triangles with edges of {longest:.4g} at most would have about {rough_count(n_expected)} "
+            f"points, more than {MOST_POINTS:,}",
+            remedy="Use longer edges or a larger spacing.",
+        )
+    return _refined(mesh, *bisect_long_edges(mesh.points, mesh.triangles, longest))
 
 
 def split_edges_of(mesh: BandMesh, chosen: Bools) -> BandMesh:

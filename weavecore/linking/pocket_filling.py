@@ -33,7 +33,7 @@ from scipy.spatial import cKDTree
 from weavecore.errors import Degenerate, TooMuchWork
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.bisection import unique_edges
-from weavecore.linking.band_mesh import BandMesh, mesh_bands, split_edges_of
+from weavecore.linking.band_mesh import MOST_POINTS, BandMesh, mesh_bands, split_edges_of
 from weavecore.linking.free_borders import FreeBorderNodes
 from weavecore.model.latitudes import Latitudes
 from weavecore.polling import poll
@@ -50,8 +50,6 @@ _MOST_ROUNDS = 50
 _MOST_VAIN_ROUNDS = 10
 """Rounds in a row that bisect edges and add no Steiner vertex.  Half an edge length is bisected to less than the least
 depth in eight; each round may double the edges."""
-_MOST_POINTS = 2_000_000
-"""Points of a band mesh: some 2 GB with its graph.  Fine meshes of large surfaces have a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +100,7 @@ def fill_bands(
     Degenerate
         Where a band is too small for its topology.
     TooMuchWork
-        Where no Steiner vertex fits however fine the mesh is.
+        Where no Steiner vertex fits however fine the mesh is, or that would have too many points.
     """
     mesh = mesh_bands(latitudes, stations, border_nodes, bands, edge_length)
     graph = EdgeGraph(mesh)
@@ -175,7 +173,7 @@ def _missing_steiner(
 
 def _check_refinement(mesh: BandMesh, graph: EdgeGraph, coarse: Bools, n_vain: int) -> None:
     """Refuse to bisect edges once more after ``n_vain`` rounds in vain, or so many that memory would not suffice."""
-    if n_vain < _MOST_VAIN_ROUNDS and len(mesh.points) + int(coarse.sum()) <= _MOST_POINTS:
+    if n_vain < _MOST_VAIN_ROUNDS and len(mesh.points) + int(coarse.sum()) <= MOST_POINTS:
         return
     raise TooMuchWork(
         "A pocket needs a node where it is too narrow for one",

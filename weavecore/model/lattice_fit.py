@@ -1,10 +1,11 @@
-"""How well a lattice follows its surface: the gap under its edges, and its inverted faces.
+"""How well a lattice follows its surface: the gap under its edges, its inverted faces, and edges without length.
 
     gap of an edge          o────────o         at a quarter, half and three quarters of the way from node to node
                            ╱ ╲__↕__╱ ╲
 
 A face is *inverted* where its normal points against that of the surface nearest to its middle.  Both happen where a
-fold is narrower than the edges are long.  Time is O(n log n) for n faces of both meshes.
+fold is narrower than the edges are long.  An edge without length joins borders that almost touch.  Time is
+O(n log n) for n faces of both meshes.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ _INVERTED: WeakKeyDictionary[Lattice, Ints] = WeakKeyDictionary()
 _FAR = 0.6
 """Of the spacing or the edge length: edges further from the surface are noted.  One over a crease of 90° leaves it by
 up to half its own length."""
+
+_SHORT = 2e-3
+"""Of the spacing or the edge length: shorter edges are noted: whoever ties the rods sees one node."""
 
 
 def edge_gaps(lattice: Lattice) -> Floats:
@@ -101,6 +105,33 @@ def note_far_edges(lattice: Lattice) -> Lattice:
     text = f"{edges} up to {furthest:.3g} from the surface, the first near {at(places[0])}: a tube or a fold is hardly "
     text += f"wider there than the spacing of {latitudes.spacing:.3g}. Use a smaller one."
     numbers = {"far_edges": len(far), "edges": lattice.n_edges, "distance": furthest, "spacing": latitudes.spacing}
+    return _with_note(lattice, Note("COARSE", text, numbers, places))
+
+
+def note_short_edges(lattice: Lattice) -> Lattice:
+    """Note the edges of a lattice that are shorter than `_SHORT`.
+
+    Nodes on borders stay on them, so where two borders almost touch the edge across is as short as the way.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    Lattice
+        With a note COARSE on its surface where there are such edges; else the same.
+    """
+    latitudes, length = lattice.latitudes, lattice.edge_lengths
+    short = np.flatnonzero(length < _SHORT * max(latitudes.spacing, lattice.edge_length))
+    if len(short) == 0:
+        return lattice
+    places = lattice.nodes[lattice.edges[short]].mean(1)
+    edges = "1 edge of the lattice is" if len(short) == 1 else f"{len(short):,} edges of the lattice are"
+    least = float(length[short].min())
+    text = f"{edges} without length, {least:.3g} at the least, the first near {at(places[0])}: borders almost touch "
+    text += f"there, at a spacing of {latitudes.spacing:.3g}. Join them in the model, or move them apart."
+    numbers = {"short_edges": len(short), "edges": lattice.n_edges, "length": least, "spacing": latitudes.spacing}
     return _with_note(lattice, Note("COARSE", text, numbers, places))
 
 
