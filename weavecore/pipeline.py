@@ -37,7 +37,7 @@ from weavecore.model import (
     SurfaceMesh,
     Weave,
 )
-from weavecore.model.lattice_fit import note_far_edges, note_inverted_faces
+from weavecore.model.lattice_fit import note_far_edges, note_inverted_faces, note_short_edges
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
@@ -244,7 +244,7 @@ def link(
     Returns
     -------
     Lattice
-        Where faces are inverted, its surface has a note of that (COARSE).
+        Where faces are inverted, or edges far off the surface or too short, its surface has a note of that (COARSE).
 
     Raises
     ------
@@ -254,7 +254,7 @@ def link(
     lattice = link_pattern(
         latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress
     )
-    return note_far_edges(note_inverted_faces(lattice))
+    return note_short_edges(note_far_edges(note_inverted_faces(lattice)))
 
 
 @pollable

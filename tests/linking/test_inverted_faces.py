@@ -13,8 +13,15 @@ from weavecore import pipeline
 from weavecore.errors import Doubtful
 from weavecore.exporting.registry import encode
 from weavecore.linking import link
-from weavecore.model import Lattice, Note, SurfaceMesh
-from weavecore.model.lattice_fit import edge_gaps, face_middles, inverted_faces, note_far_edges, note_inverted_faces
+from weavecore.model import Lattice, Note, Origins, SurfaceMesh
+from weavecore.model.lattice_fit import (
+    edge_gaps,
+    face_middles,
+    inverted_faces,
+    note_far_edges,
+    note_inverted_faces,
+    note_short_edges,
+)
 from weavecore.validating import validate
 
 
@@ -132,3 +139,18 @@ def test_edges_far_off_the_surface_are_noted_with_their_number_and_distance() ->
     numbers = dict(note.numbers)
     assert numbers["far_edges"] == (lattice.edges == inner).any(1).sum()
     assert 0.7 * 16 < numbers["distance"] < 16
+
+
+def test_edges_around_a_border_far_shorter_than_the_spacing_are_noted_where_distances_start_there() -> None:
+    x, y = (axis.ravel() for axis in np.meshgrid([0.0, 40.0, 40.001, 80.0], [0.0, 40.0, 40.001, 80.0]))
+    a = np.array([4 * j + i for j in range(3) for i in range(3) if (i, j) != (1, 1)])
+    plate = SurfaceMesh(np.c_[x, y, 0 * x], np.r_[np.c_[a, a + 1, a + 5], np.c_[a, a + 5, a + 4]])
+    hole = next(loop for loop in plate.borders if len(loop) == 4 and np.ptp(plate.vertices[loop]) < 41)
+    lattice = pipeline.link(pipeline.offset(replace(plate, starts=Origins((hole,), np.array([True]))), spacing=12.0))
+    assert note_short_edges(lattice) is not lattice
+    note = notes_of(lattice)[-1]
+    assert (note.code, note.is_doubt, dict(note.numbers)["short_edges"]) == ("COARSE", True, 3)
+    assert np.allclose(note.points, [40.0005, 40.0005, 0.0], atol=1e-3)
+    assert not validate(lattice)["degenerate_edges"].holds
+    whole = pipeline.link(pipeline.offset(plate, spacing=12.0))
+    assert note_short_edges(whole) is whole

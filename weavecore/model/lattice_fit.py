@@ -1,4 +1,4 @@
-"""How well a lattice follows its surface: the gap under its edges, and its inverted faces.
+"""How well a lattice follows its surface: the gap under its edges, its inverted faces, and edges without room for rods.
 
     gap of an edge          o────────o         at a quarter, half and three quarters of the way from node to node
                            ╱ ╲__↕__╱ ╲
@@ -27,6 +27,9 @@ _INVERTED: WeakKeyDictionary[Lattice, Ints] = WeakKeyDictionary()
 _FAR = 0.6
 """Of the spacing or the edge length: edges further from the surface are noted.  One over a crease of 90° leaves it by
 up to half its own length."""
+
+_SHORT = 1e-3
+"""Of the spacing: edges no longer than this are noted."""
 
 
 def edge_gaps(lattice: Lattice) -> Floats:
@@ -101,6 +104,34 @@ def note_far_edges(lattice: Lattice) -> Lattice:
     text = f"{edges} up to {furthest:.3g} from the surface, the first near {at(places[0])}: a tube or a fold is hardly "
     text += f"wider there than the spacing of {latitudes.spacing:.3g}. Use a smaller one."
     numbers = {"far_edges": len(far), "edges": lattice.n_edges, "distance": furthest, "spacing": latitudes.spacing}
+    return _with_note(lattice, Note("COARSE", text, numbers, places))
+
+
+def note_short_edges(lattice: Lattice) -> Lattice:
+    """Note the edges of a lattice that are no longer than `_SHORT` of its spacing.
+
+    A border that short is closed before the offset, but not where distances start: nodes then lie around it.
+
+    Parameters
+    ----------
+    lattice : Lattice
+
+    Returns
+    -------
+    Lattice
+        With a note COARSE on its surface where there are such edges; else the same.
+    """
+    spacing = lattice.latitudes.spacing
+    lengths = lattice.edge_lengths
+    short = np.flatnonzero(lengths <= _SHORT * spacing)
+    if len(short) == 0:
+        return lattice
+    places = lattice.nodes[lattice.edges[short]].mean(1)
+    edges = "1 edge of the lattice is" if len(short) == 1 else f"{len(short):,} edges of the lattice are"
+    shortest = float(lengths.min())
+    text = f"{edges} shorter than a thousandth of the spacing of {spacing:.3g}, the first near {at(places[0])}: no rod "
+    text += "fits there. Close the hole, start distances at other borders, or use a smaller spacing."
+    numbers = {"short_edges": len(short), "edges": lattice.n_edges, "shortest": shortest, "spacing": spacing}
     return _with_note(lattice, Note("COARSE", text, numbers, places))
 
 

@@ -35,7 +35,7 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
         "TRIANGULATED": "faces with four or more corners split into triangles",
         "WELDED": "vertices in one place, or nearer to each other than the tolerance, made one",
         "BORDERS": "the mesh has another number of borders than the object",
-        "COARSE": "the spacing is wider than the surface is thick, or a fold wide; inverted faces, or edges far off",
+        "COARSE": "spacing wider than the surface is thick, or a fold wide; inverted faces, edges far off or too short",
         "COINCIDENT": "faces that lie on other faces",
         "FAR": "coordinates so far from the origin that their steps can be seen in the edges",
         "GAP": "borders that run close to each other, but not within the tolerance; faces apart from their edges",
