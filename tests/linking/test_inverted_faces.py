@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -154,3 +155,22 @@ def test_edges_around_a_border_far_shorter_than_the_spacing_are_noted_where_dist
     assert not validate(lattice)["degenerate_edges"].holds
     whole = pipeline.link(pipeline.offset(plate, spacing=12.0))
     assert note_short_edges(whole) is whole
+
+
+@pytest.mark.parametrize(("share_inverted", "n_divisions"), [(0.0, 6), (0.1, 7)])
+def test_lattices_with_many_inverted_faces_are_not_divided_again_for_short_rods(
+    share_inverted: float, n_divisions: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    latitudes = pipeline.offset(sheet(lambda x, _y: 0 * x, n=10), spacing=12.0)
+    divided: list[float] = []
+    linked = link._linked
+
+    def counted(*args: Any) -> Lattice:
+        divided.append(args[1])
+        return linked(*args)
+
+    monkeypatch.setattr(link, "_linked", counted)
+    monkeypatch.setattr(link, "count_short_rods", lambda _paired: (50, 100))
+    monkeypatch.setattr(link, "inverted_faces", lambda lattice: np.arange(int(share_inverted * lattice.n_faces)))
+    link.link_pattern(latitudes)
+    assert len(divided) == n_divisions
