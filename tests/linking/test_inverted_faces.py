@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +15,15 @@ from weavecore import pipeline
 from weavecore.errors import Doubtful
 from weavecore.exporting.registry import encode
 from weavecore.linking import link
-from weavecore.model import Lattice, Note, SurfaceMesh
-from weavecore.model.lattice_fit import edge_gaps, face_middles, inverted_faces, note_far_edges, note_inverted_faces
+from weavecore.model import Lattice, Note, Origins, SurfaceMesh
+from weavecore.model.lattice_fit import (
+    edge_gaps,
+    face_middles,
+    inverted_faces,
+    note_far_edges,
+    note_inverted_faces,
+    note_short_edges,
+)
 from weavecore.validating import validate
 
 
@@ -155,3 +163,37 @@ def test_an_edge_without_length_between_borders_that_almost_touch_is_noted_with_
 
 def test_borders_that_are_a_hundredth_of_the_size_apart_are_not_doubted() -> None:
     assert notes_of(pipeline.link(pipeline.offset(almost_touching(0.01, 1)))) == ()
+
+
+def test_edges_around_a_border_far_shorter_than_the_spacing_are_noted_where_distances_start_there() -> None:
+    x, y = (axis.ravel() for axis in np.meshgrid([0.0, 40.0, 40.001, 80.0], [0.0, 40.0, 40.001, 80.0]))
+    a = np.array([4 * j + i for j in range(3) for i in range(3) if (i, j) != (1, 1)])
+    plate = SurfaceMesh(np.c_[x, y, 0 * x], np.r_[np.c_[a, a + 1, a + 5], np.c_[a, a + 5, a + 4]])
+    hole = next(loop for loop in plate.borders if len(loop) == 4 and np.ptp(plate.vertices[loop]) < 41)
+    lattice = pipeline.link(pipeline.offset(replace(plate, starts=Origins((hole,), np.array([True]))), spacing=12.0))
+    assert note_short_edges(lattice) is not lattice
+    note = notes_of(lattice)[-1]
+    assert (note.code, note.is_doubt, dict(note.numbers)["short_edges"]) == ("COARSE", True, 3)
+    assert np.allclose(note.points, [40.0005, 40.0005, 0.0], atol=1e-3)
+    assert not validate(lattice)["degenerate_edges"].holds
+    whole = pipeline.link(pipeline.offset(plate, spacing=12.0))
+    assert note_short_edges(whole) is whole
+
+
+@pytest.mark.parametrize(("share_inverted", "n_divisions"), [(0.0, 6), (0.1, 7)])
+def test_lattices_with_many_inverted_faces_are_not_divided_again_for_short_rods(
+    share_inverted: float, n_divisions: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    latitudes = pipeline.offset(sheet(lambda x, _y: 0 * x, n=10), spacing=12.0)
+    divided: list[float] = []
+    linked = link._linked
+
+    def counted(*args: Any) -> Lattice:
+        divided.append(args[1])
+        return linked(*args)
+
+    monkeypatch.setattr(link, "_linked", counted)
+    monkeypatch.setattr(link, "count_short_rods", lambda _paired: (50, 100))
+    monkeypatch.setattr(link, "inverted_faces", lambda lattice: np.arange(int(share_inverted * lattice.n_faces)))
+    link.link_pattern(latitudes)
+    assert len(divided) == n_divisions

@@ -80,7 +80,9 @@ _AGAINST_SHORT_RODS: tuple[tuple[Optional[bool], Optional[float], Optional[float
 )
 """Other divisions: whether counts are in balance where rings split, the factor by which they may be off, and the edges
 of the least ring that is kept.  One after the other is tried with what was best before it, which None keeps."""
-
+_MANY_INVERTED = 0.01
+"""Share of inverted faces above which other divisions are not tried for the sake of short rods: where all those of
+`_OTHER_DIVISIONS` leave so many, the surface is too thin or too folded for the spacing, and each takes seconds."""
 _MOST_UNEVEN = 3.5
 """Longest edge over the shortest, up to which a division may be chosen for the sake of short rods: smoothing evens it
 to less than 3."""
@@ -219,6 +221,8 @@ def _linked_with_few_short_rods(
     widest = max(_MOST_UNEVEN, _unevenness(lattice))
     for balances, tolerance, other_fewest in _AGAINST_SHORT_RODS:
         if share <= _FEW_SHORT or lattice.n_nodes > _MOST_NODES_TO_DIVIDE_AGAIN:
+            break
+        if count[0] > _MANY_INVERTED * lattice.n_faces:
             break
         other_design = replace(
             design,
