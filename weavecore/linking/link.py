@@ -80,6 +80,9 @@ _AGAINST_SHORT_RODS: tuple[tuple[Optional[bool], Optional[float], Optional[float
 )
 """Other divisions: whether counts are in balance where rings split, the factor by which they may be off, and the edges
 of the least ring that is kept.  One after the other is tried with what was best before it, which None keeps."""
+_LITTLE_GAIN = 3
+"""For so few short rods less the usual division stays: where the nodes of a ring begin, which is free, decides over as
+many, and the same surface with its vertices in another order should get the same rings."""
 _MANY_INVERTED = 0.01
 """Share of inverted faces above which other divisions are not tried for the sake of short rods: where all those of
 `_OTHER_DIVISIONS` leave so many, the surface is too thin or too folded for the spacing, and each takes seconds."""
@@ -218,6 +221,7 @@ def _linked_with_few_short_rods(
 
     fewest = FEWEST_EDGES
     lattice, count, share = link(design, fewest)
+    usual, usual_count = lattice, count
     widest = max(_MOST_UNEVEN, _unevenness(lattice))
     for balances, tolerance, other_fewest in _AGAINST_SHORT_RODS:
         if share <= _FEW_SHORT or lattice.n_nodes > _MOST_NODES_TO_DIVIDE_AGAIN:
@@ -236,7 +240,8 @@ def _linked_with_few_short_rods(
         if other_count < count and _unevenness(other) <= widest:
             lattice, count, share = other, other_count, other_share
             design, fewest = other_design, other_fewest or fewest
-    return lattice
+    is_better = count[0] < usual_count[0] or usual_count[1] - count[1] > _LITTLE_GAIN
+    return lattice if is_better else usual
 
 
 def _unevenness(lattice: Lattice) -> float:

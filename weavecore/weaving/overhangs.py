@@ -18,7 +18,7 @@ import numpy as np
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, dots, rows_of, unit_vectors
-from weavecore.geometry.splines import SplineRows
+from weavecore.geometry.splines import fit_splines
 from weavecore.model.joints import Clashes
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.weave import Weave
@@ -106,10 +106,7 @@ def _with_lengths(axes: RodAxes, overhangs: Floats) -> RodAxes:
     """The axes with other overhangs (S, 2); rings have none."""
     overhangs = np.where(axes.closed[:, None], 0.0, overhangs)
     gained = overhangs - axes.overhangs
-    # The splines between the outermost visits, whose parameters begin at 0.
-    first, last = axes.offsets[:-1], axes.offsets[1:] - 1
-    bare = axes.parameters - axes.parameters[first][rows_of(axes.offsets)]
-    inner = SplineRows(axes.derivatives, bare, np.where(axes.closed, axes.ends, bare[last]))
+    inner = fit_splines(axes.points, axes.offsets, axes.closed)
     tipped, drawn = extend_to_tips(axes.points, inner, axes.offsets, axes.closed, overhangs)
     return replace(
         axes,
