@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from bound_rings import cylinder, dumbbell, hemisphere, linked, pair_of_pants
+from weavecore.geometry.arrays import rows_of
+from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET
 from weavecore.model.rod_pairing import MOST_TURN
-from weavecore.weaving.strands import find_strands
-from woven_rods import woven_tube
+from weavecore.weaving.strands import find_strands, part_at_latitudes, steps_along
+from woven_rods import woven_sample, woven_tube
 
 
 def edges_of(strands, s):
@@ -104,3 +106,16 @@ def test_turns_are_those_of_the_longitudes_at_the_nodes_that_they_pass() -> None
             steps /= np.linalg.norm(steps, axis=1, keepdims=True)
             expected += np.arccos(np.clip((steps[1:] * steps[:-1]).sum(1), -1, 1)).tolist()
     np.testing.assert_allclose(np.sort(weave.turns), np.sort(expected), atol=1e-6)
+
+
+def test_strands_parted_at_latitudes_run_along_these_or_across_them() -> None:
+    lattice = woven_sample("narrow_neck", "triangular").lattice
+    strands = find_strands(lattice)
+    parts = part_at_latitudes(strands, lattice)
+    before, after = steps_along(parts)
+    edge = edges_between(lattice.edges, parts.nodes[before], parts.nodes[after])
+    assert sorted(edge.tolist()) == list(range(lattice.n_edges))
+    owner = rows_of(parts.offsets)[before]
+    along = lattice.edge_family[edge] == LATITUDINAL
+    assert np.array_equal(along, parts.family[owner] == LATITUDINAL)
+    assert len(parts) > len(strands)

@@ -32,7 +32,7 @@ from weavecore.model import (
     first_generations,
 )
 from weavecore.viewing.surface_paths import origins_inside
-from weavecore.weaving.strands import find_strands
+from weavecore.weaving.strands import find_strands, part_at_latitudes
 
 _LETTERS = "LABP"
 """The first letters of the names of rods, in the order of their branches."""
@@ -155,7 +155,7 @@ def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:
 
 
 def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
-    """Draw a lattice as points, curves along its strands, edges of its pockets, and a mesh.
+    """Draw a lattice as points, curves along its rings and across them, edges of its pockets, and a mesh.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def draw_lattice(run: Run, lattice: Lattice) -> LatticeResults:
     -------
     LatticeResults
     """
-    strands = find_strands(lattice)
+    strands = part_at_latitudes(find_strands(lattice), lattice)
     begins = first_generations(strands, lattice)
     curves = run.drawing.polylines(lattice.nodes[strands.nodes], strands.offsets, strands.closed)
     family = {

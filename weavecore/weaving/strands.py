@@ -144,6 +144,43 @@ def _followers(lattice: Lattice, cuts: Optional[Ints]) -> Ints:
     return follower
 
 
+def part_at_latitudes(strands: Strands, lattice: Lattice) -> Strands:
+    """Part strands where they leave a latitude or come to one, so that each runs along latitudes or across them.
+
+    Parameters
+    ----------
+    strands : Strands
+    lattice : Lattice
+
+    Returns
+    -------
+    Strands
+        The parts of a strand follow each other in its place; those along latitudes are `LATITUDINAL`, the others keep
+        its family.
+    """
+    before, after = steps_along(strands)
+    is_ring = np.zeros(len(strands.nodes), bool)
+    edge = edges_between(lattice.edges, strands.nodes[before], strands.nodes[after])
+    is_ring[before] = lattice.edge_family[edge] == LATITUDINAL
+    rows: list[Ints] = []
+    families: list[int] = []
+    closed: list[bool] = []
+    for s in range(len(strands)):
+        nodes, is_closed = strands.strand(s), bool(strands.closed[s])
+        rings = is_ring[strands.offsets[s] : strands.offsets[s + 1]][: len(nodes) - (not is_closed)]
+        if is_closed and not (rings == rings[0]).all():
+            first = int(np.flatnonzero(rings != np.roll(rings, 1))[0])
+            rings, nodes = np.roll(rings, -first), np.append(np.roll(nodes, -first), nodes[first])
+            is_closed = False
+        cuts = [0, *(np.flatnonzero(np.diff(rings)) + 1).tolist(), len(rings)]
+        for begin, end in zip(cuts[:-1], cuts[1:]):
+            rows.append(nodes[begin:end] if is_closed else nodes[begin : end + 1])
+            families.append(LATITUDINAL if rings[begin] else int(strands.family[s]))
+            closed.append(is_closed)
+    offsets = offsets_of([len(row) for row in rows])
+    return Strands(offsets, np.concatenate(rows), np.array(families), np.array(closed)) if rows else strands
+
+
 @dataclass(frozen=True, eq=False)
 class SharedNodes:
     """The nodes that two or more rods pass, their visits in the order of the strands.

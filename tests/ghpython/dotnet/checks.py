@@ -238,7 +238,7 @@ def all_components_run_on_dotnet_geometry() -> None:
 
     points, quads = grid(40)
     with open_document(Rhino.UnitSystem.Millimeters, 0.01):
-        surface, borders, mesh, _ = run("Weave_Surface", geometry=Drawing().mesh(points, quads))
+        surface, borders, mesh, *_ = run("Weave_Surface", geometry=Drawing().mesh(points, quads))
         assert type(borders[0]).__name__ == "PolylineCurve"
         assert mesh.Faces.Count == surface.n_faces
         latitudes, curves, parents = run("Weave_Offset", surface=surface, spacing=12.0)
