@@ -130,10 +130,8 @@ def note_short_edges(lattice: Lattice) -> Lattice:
     edges = "1 edge of the lattice is" if len(short) == 1 else f"{len(short):,} edges of the lattice are"
     least = float(length[short].min())
     text = f"{edges} without length, {least:.3g} at the least, the first near {at(places[0])}: borders almost touch "
-    text += (
-        f"there, or distances start at a hole far smaller than the spacing of {latitudes.spacing:.3g}. Join borders "
-    )
-    text += "or move them apart, and close such holes."
+    text += f"there, or distances start at a hole far smaller than the spacing of {latitudes.spacing:.3g}. "
+    text += "Join borders or move them apart, and close such holes."
     numbers = {"short_edges": len(short), "edges": lattice.n_edges, "length": least, "spacing": latitudes.spacing}
     return _with_note(lattice, Note("COARSE", text, numbers, places))
 
