@@ -4,7 +4,9 @@
     python benchmarks/stopping.py --nodes 4000 --places
 
 A stage stops within this time of being cancelled.  Times are processor seconds of the thread that works, so that other
-programs do not count.  With ``--places`` the functions at both ends of each stage's longest gaps are printed.
+programs do not count; where another process works (reading, info) they are elapsed seconds.  The weave that is
+simulated and fabricated has ``--few`` nodes.  With ``--places`` the functions at both ends of each stage's longest gaps
+are printed.
 """
 
 from __future__ import annotations
@@ -30,15 +32,15 @@ N_GAPS = 4
 class Gaps:
     """Times between two calls of ``progress``, with the places from where it was called."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float]) -> None:
         self.found: list[tuple[float, str, str]] = []
-        self._last, self._place = time.thread_time(), "the start"
+        self._clock, self._last, self._place = clock, clock(), "the start"
 
     def __call__(self, _fraction: float, _label: str) -> None:
         """Take the time since the last call."""
-        now, place = time.thread_time(), _caller()
+        now, place = self._clock(), _caller()
         self.found.append((now - self._last, self._place, place))
-        self._last, self._place = time.thread_time(), place
+        self._last, self._place = self._clock(), place
 
     def longest(self) -> list[tuple[float, str, str]]:
         """The longest gaps, up to now."""
@@ -57,31 +59,44 @@ def main() -> None:
     """Run the benchmark as the command line says."""
     parser = argparse.ArgumentParser(description="Longest times between two polls of each stage.")
     parser.add_argument("--nodes", type=int, default=15_000, help="nodes of the lattice, about")
+    parser.add_argument("--few", type=int, default=4_000, help="nodes of the weave that is simulated and fabricated")
     parser.add_argument("--faces", type=int, default=100_000)
     parser.add_argument("--places", action="store_true", help="print where the longest gaps are")
     options = parser.parse_args()
     polling.INTERVAL = 0.0
-    surface = pipeline.surface_from(make_shell(options.faces))
-    spacing = (surface.area / options.nodes * 0.87) ** 0.5
     print("| stage | longest gap, s | seconds |\n|---|---:|---:|")
 
-    def run(name: str, stage: Callable[..., Any], *values: Any, **more: Any) -> Any:
-        gaps, start = Gaps(), time.thread_time()
+    def run(name: str, stage: Callable[..., Any], *values: Any, clock: Any = time.thread_time, **more: Any) -> Any:
+        gaps, start = Gaps(clock), clock()
         made = stage(*values, progress=gaps, **more)
         longest = gaps.longest()
-        print(f"| {name} | {longest[0][0]:.2f} | {time.thread_time() - start:.1f} |", flush=True)
+        print(f"| {name} | {longest[0][0]:.2f} | {clock() - start:.1f} |", flush=True)
         if options.places:
             for gap, one, other in longest:
                 print(f"    {gap:.2f} s from {one} to {other}")
         return made
 
-    latitudes = run("offset", pipeline.offset, surface, spacing=spacing)
-    lattice = run("link", pipeline.link, latitudes)
-    weave: wc.Weave = run("weave", pipeline.weave, lattice)
-    print(f"{surface.n_faces:,} faces, {lattice.n_nodes:,} nodes, {len(weave):,} rods")
-    with tempfile.TemporaryDirectory() as folder:
-        run("json", pipeline.export_together, weave, [Path(folder) / "w.json"])
-        run("view", pipeline.export_together, weave, [Path(folder) / "w.html"])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        surface = run("repairing", pipeline.surface_from, make_shell(options.faces), unit="Meters")
+        pipeline.export(surface, folder / "shell.3dm")
+        run("reading", pipeline.read_surface, folder / "shell.3dm", guarded=True, clock=time.monotonic)
+        run("info", pipeline.inspect_file, folder / "shell.3dm", guarded=True, clock=time.monotonic)
+        weave = weave_shell(run, surface, options.nodes)
+        print(f"{surface.n_faces:,} faces, {weave.lattice.n_nodes:,} nodes, {len(weave):,} rods")
+        for ending in ("json", "html", "png", "3dm"):
+            run(f".{ending}", pipeline.export_together, weave, [folder / f"w.{ending}"])
+        few = weave_shell(lambda _name, stage, *values, **more: stage(*values, **more), surface, options.few)
+        print(f"{few.lattice.n_nodes:,} nodes, {len(few):,} rods")
+        run("simulate", pipeline.simulate, few)
+        run("fabricate", pipeline.fabricate, few, folder / "out")
+
+
+def weave_shell(run: Callable[..., Any], surface: wc.SurfaceMesh, n_nodes: int) -> wc.Weave:
+    """A weave of about so many nodes, its stages called by ``run``."""
+    latitudes = run("offset", pipeline.offset, surface, spacing=(surface.area / n_nodes * 0.87) ** 0.5)
+    woven: wc.Weave = run("weave", pipeline.weave, run("link", pipeline.link, latitudes))
+    return woven
 
 
 if __name__ == "__main__":

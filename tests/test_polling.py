@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
@@ -21,6 +22,10 @@ MOST_CALLS = {
     "simulate": 60_000,
     "fabricate": 120_000,
     "json": 30_000,
+    "3dm": 60_000,
+    "page": 30_000,
+    "picture": 30_000,
+    "repair": 30_000,
 }
 """Calls of functions, of Python and of C, between two polls."""
 
@@ -29,6 +34,7 @@ MOST_CALLS = {
 def stages() -> dict[str, Callable[..., Any]]:
     woven = woven_sample("narrow_neck", "triangular")
     latitudes = woven.lattice.latitudes
+    vertices, faces = latitudes.surface.vertices, latitudes.surface.faces
     return {
         "offset": lambda _folder, **more: pipeline.offset(latitudes.surface, spacing=latitudes.spacing, **more),
         "link": lambda _folder, **more: pipeline.link(latitudes, **more),
@@ -36,6 +42,10 @@ def stages() -> dict[str, Callable[..., Any]]:
         "simulate": lambda _folder, **more: pipeline.simulate(woven, **more),
         "fabricate": lambda folder, **more: pipeline.fabricate(woven, folder / "out", **more),
         "json": lambda folder, **more: pipeline.export_together(woven, [folder / "w.json"], **more),
+        "3dm": lambda folder, **more: pipeline.export_together(woven, [folder / "w.3dm"], **more),
+        "page": lambda folder, **more: pipeline.export_together(woven, [folder / "w.html"], **more),
+        "picture": lambda folder, **more: pipeline.export_together(woven, [folder / "w.png"], **more),
+        "repair": lambda _folder, **more: pipeline.surface_from((vertices, faces), **more),
     }
 
 
@@ -84,3 +94,34 @@ def test_raising_in_a_poll_cancels_and_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
     polling.poll()  # The stage that has ended is not asked any more.
     assert len(seen) == 5
+
+
+def test_a_long_call_of_a_library_is_left_when_a_poll_raises() -> None:
+    ended = threading.Event()
+
+    @polling.pollable
+    def stage(*, progress: Any = None) -> None:
+        progress(0.0, "factors")
+        polling.poll_during(ended.wait, 20.0)
+
+    n_asked = 0
+
+    def progress(_fraction: float, _label: str) -> None:
+        nonlocal n_asked
+        n_asked += 1
+        if n_asked > 2:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        stage(progress=progress)
+    ended.set()
+
+
+def test_what_a_long_call_returns_and_raises_comes_through() -> None:
+    @polling.pollable
+    def stage(work: Callable[[], Any], *, progress: Any = None) -> Any:
+        return polling.poll_during(work)
+
+    assert stage(lambda: 5, progress=lambda *_: None) == stage(lambda: 5) == 5
+    with pytest.raises(ZeroDivisionError):
+        stage(lambda: 1 / 0, progress=lambda *_: None)

@@ -9,6 +9,7 @@ arrays, and no function takes a callback that it does not report to itself.
 from __future__ import annotations
 
 import functools
+import threading
 import time
 from collections.abc import Iterable, Iterator
 from contextvars import ContextVar
@@ -16,10 +17,14 @@ from typing import Any, Callable, Optional, TypeVar, cast
 
 Progress = Callable[[float, str], None]
 Item = TypeVar("Item")
+Result = TypeVar("Result")
 Stage = TypeVar("Stage", bound=Callable[..., Any])
 
 INTERVAL = 0.1
 """Seconds from one call to the next: a third of what a person takes for at once."""
+
+_WAIT = 0.1
+"""Seconds for which a thread is waited for between two polls."""
 
 
 class _Listener:
@@ -75,6 +80,44 @@ def poll() -> None:
     listener = _LISTENER.get()
     if listener is not None:
         listener.ask()
+
+
+def poll_during(work: Callable[..., Result], *arguments: Any, **options: Any) -> Result:
+    """Do in a thread what is one long call of a library, such as a factorisation, and poll meanwhile.
+
+    It only helps where the library releases the interpreter's lock.  A cancelled call goes on in its thread to its end.
+
+    Parameters
+    ----------
+    work : callable
+        Must not poll itself.
+    *arguments, **options
+        What it is called with.
+
+    Returns
+    -------
+    object
+        What ``work`` returns; what it raises is raised.
+    """
+    if _LISTENER.get() is None:
+        return work(*arguments, **options)
+    done: list[Result] = []
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            done.append(work(*arguments, **options))
+        except BaseException as error:  # noqa: BLE001 - it is raised below.
+            failed.append(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(_WAIT)
+        poll()
+    if failed:
+        raise failed[0]
+    return done[0]
 
 
 def each(items: Iterable[Item]) -> Iterator[Item]:

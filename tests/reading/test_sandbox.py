@@ -16,6 +16,7 @@ import pytest
 
 import misbehaving
 from weavecore.errors import NonManifold, TooMuchWork, Unreadable, Unsupported
+from weavecore.polling import pollable
 from weavecore.reading import inspect_file, read_surface, sandbox
 from weavecore.reading.sandbox import Limits, call_guarded, limits_for, limits_for_all
 from weavecore.units import Length
@@ -28,6 +29,22 @@ def test_the_result_and_the_progress_are_handed_over():
     result = call_guarded(misbehaving.well, 5, progress=lambda *what: told.append(what))
     assert np.array_equal(result, np.arange(5))
     assert told == [(0.5, "half"), (1.0, "done")]
+
+
+def test_reading_is_left_when_progress_raises_while_the_child_works():
+    @pollable
+    def read(*, progress):
+        return call_guarded(misbehaving.sleep, progress=progress)
+
+    asked = []
+
+    def progress(_share, _label):
+        asked.append(_label)
+        if len(asked) > 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        read(progress=progress)
 
 
 def test_what_libraries_print_does_not_disturb():

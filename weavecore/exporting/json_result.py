@@ -8,8 +8,9 @@ same bits; keys have a fixed order; there is no white space.  Indices count from
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from importlib import resources
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 
@@ -50,30 +51,31 @@ def encode_json(product: Product) -> bytes:
     ValueError
         Where a number is not finite: JSON has none.
     """
-    document: dict[str, Any] = {
-        "format": FORMAT,
-        "version": VERSION,
-        "unit": product.surface.unit,
-        "tolerance": product.surface.tolerance,
-        "parameters": _without_hidden(dict(product.parameters)),
-        "notes": [_note(note) for note in product.surface.notes],
-        "surface": _surface(product.surface),
-    }
+    parts = [f'"{key}":{_text_of(value)}'.encode() for key, value in _entries(product)]
+    return b"{" + b",".join(parts) + b"}"
+
+
+def _entries(product: Product) -> Iterator[tuple[str, Any]]:
+    """The keys of the document and their values, in order."""
+    yield "format", FORMAT
+    yield "version", VERSION
+    yield "unit", product.surface.unit
+    yield "tolerance", product.surface.tolerance
+    yield "parameters", _without_hidden(dict(product.parameters))
+    yield "notes", [_note(note) for note in product.surface.notes]
+    yield "surface", _surface(product.surface)
     if product.latitudes is not None:
-        document["latitudes"] = _latitudes(product.latitudes)
+        yield "latitudes", _latitudes(product.latitudes)
     if product.lattice is not None:
-        document["lattice"] = _lattice(product.lattice)
+        yield "lattice", _lattice(product.lattice)
         if product.strands is not None:
-            document["strands"] = _strands(product.strands, product.lattice)
+            yield "strands", _strands(product.strands, product.lattice, product.weave)
     if product.weave is not None:
-        rows = zip(document["strands"], product.weave.ids, _rod_entries(product.weave))
-        document["strands"] = [{**strand, "id": name, **rod} for strand, name, rod in rows]
-        document["crossings"] = _crossing_entries(product.weave)
-        document["joints"] = _joint_entries(product.weave)
-        document["weave"] = _weave_entry(product.weave)
+        yield "crossings", _crossing_entries(product.weave)
+        yield "joints", _joint_entries(product.weave)
+        yield "weave", _weave_entry(product.weave)
     if product.equilibrium is not None:
-        document["equilibrium"] = _equilibrium_entry(product.equilibrium)
-    return _text_of(document).encode()
+        yield "equilibrium", _equilibrium_entry(product.equilibrium)
 
 
 def _text_of(value: Any) -> str:
@@ -82,9 +84,11 @@ def _text_of(value: Any) -> str:
         return (
             "{" + ",".join(f"{json.dumps(key, ensure_ascii=False)}:{_text_of(one)}" for key, one in value.items()) + "}"
         )
-    if isinstance(value, list) and len(value) > _ITEMS_AT_ONCE:
+    if isinstance(value, (list, np.ndarray)) and len(value) > _ITEMS_AT_ONCE:
         parts = (value[k : k + _ITEMS_AT_ONCE] for k in range(0, len(value), _ITEMS_AT_ONCE))
         return "[" + ",".join(_text_of(part)[1:-1] for part in each(parts)) + "]"
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     # Without an indent, which would leave the C encoder unused.
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
@@ -113,8 +117,8 @@ def _surface(surface: SurfaceMesh) -> dict[str, Any]:
     poll()
     entry: dict[str, Any] = {
         "name": printable(surface.name),
-        "vertices": surface.vertices.tolist(),
-        "faces": surface.faces.tolist(),
+        "vertices": surface.vertices,
+        "faces": surface.faces,
     }
     if surface.cuts:
         entry["cut"] = [loop.tolist() for loop in surface.cuts]
@@ -127,23 +131,23 @@ def _surface(surface: SurfaceMesh) -> dict[str, Any]:
 def _latitudes(latitudes: Latitudes) -> dict[str, Any]:
     poll()
     return {
-        "points": latitudes.polylines.points.tolist(),
-        "offsets": latitudes.polylines.offsets.tolist(),
-        "closed": latitudes.polylines.closed.tolist(),
-        "generation": latitudes.generation.tolist(),
-        "distance": latitudes.distance.tolist(),
-        "parents": latitudes.parents.tolist(),
-        "face": latitudes.polylines.face.tolist(),
-        "barycentric": latitudes.polylines.barycentric.tolist(),
+        "points": latitudes.polylines.points,
+        "offsets": latitudes.polylines.offsets,
+        "closed": latitudes.polylines.closed,
+        "generation": latitudes.generation,
+        "distance": latitudes.distance,
+        "parents": latitudes.parents,
+        "face": latitudes.polylines.face,
+        "barycentric": latitudes.polylines.barycentric,
         "bands": {
-            "offsets": latitudes.bands.offsets.tolist(),
-            "polyline": latitudes.bands.polyline.tolist(),
-            "is_parent": latitudes.bands.is_parent.tolist(),
-            "is_left": latitudes.bands.is_left.tolist(),
-            "euler": latitudes.bands.euler.tolist(),
-            "depth": latitudes.bands.depth.tolist(),
+            "offsets": latitudes.bands.offsets,
+            "polyline": latitudes.bands.polyline,
+            "is_parent": latitudes.bands.is_parent,
+            "is_left": latitudes.bands.is_left,
+            "euler": latitudes.bands.euler,
+            "depth": latitudes.bands.depth,
         },
-        "vertex_distance": latitudes.vertex_distance.tolist(),
+        "vertex_distance": latitudes.vertex_distance,
     }
 
 
@@ -151,23 +155,27 @@ def _lattice(lattice: Lattice) -> dict[str, Any]:
     poll()
     corners, starts = lattice.face_nodes.tolist(), lattice.face_offsets.tolist()
     return {
-        "nodes": lattice.nodes.tolist(),
+        "nodes": lattice.nodes,
         "faces": [corners[start:end] for start, end in zip(starts, starts[1:])],
-        "edges": lattice.edges.tolist(),
+        "edges": lattice.edges,
         "edge_family": [FAMILIES[family] for family in lattice.edge_family.tolist()],
-        "node_latitude": lattice.node_latitude.tolist(),
-        "node_station": lattice.node_station.tolist(),
+        "node_latitude": lattice.node_latitude,
+        "node_station": lattice.node_station,
         "off_latitudes": lattice.off_latitudes,
     }
 
 
-def _strands(strands: Strands, lattice: Lattice) -> list[dict[str, Any]]:
+def _strands(strands: Strands, lattice: Lattice, weave: Optional[Weave]) -> list[dict[str, Any]]:
+    """The strands, numbered, or of a weave with their names and what is known of them as rods."""
     poll()
     rows = zip(strands.family.tolist(), strands.closed.tolist(), strand_lengths(strands, lattice).tolist())
-    return [
+    entries = [
         {"id": s, "family": FAMILIES[family], "nodes": strands.strand(s).tolist(), "closed": closed, "length": length}
         for s, (family, closed, length) in enumerate(rows)
     ]
+    if weave is None:
+        return entries
+    return [{**entry, "id": name, **rod} for entry, name, rod in zip(entries, weave.ids, _rod_entries(weave))]
 
 
 def _rod_entries(weave: Weave) -> list[dict[str, Any]]:
@@ -232,7 +240,7 @@ def _weave_entry(weave: Weave) -> dict[str, Any]:
             "density": material.density,
             "source": printable(material.source),
         },
-        "normals": weave.normals.tolist(),
+        "normals": weave.normals,
         "ends_inside": weave.n_ends_inside,
         "median_length": weave.median_length,
         "conflicts": [
@@ -262,7 +270,7 @@ def _equilibrium_entry(equilibrium: Equilibrium) -> dict[str, Any]:
             "mean": equilibrium.departure_mean,
             "p95": equilibrium.departure_p95,
             "max": equilibrium.departure_max,
-            "nodes": equilibrium.departure.tolist(),
+            "nodes": equilibrium.departure,
         },
         "stress_max": equilibrium.stress_max,
         "utilisation_max": equilibrium.utilisation_max,
@@ -275,11 +283,11 @@ def _equilibrium_entry(equilibrium: Equilibrium) -> dict[str, Any]:
         "steps": equilibrium.n_steps,
         "residual": equilibrium.residual,
         "axes": _relaxed_entries(equilibrium),
-        "tie_forces": equilibrium.tie_force.tolist(),
+        "tie_forces": equilibrium.tie_force,
         "reactions": [
             {"node": node, "force": force} for node, force in zip(held.tolist(), equilibrium.reaction[held].tolist())
         ],
-        "node_loads": equilibrium.load.tolist(),
+        "node_loads": equilibrium.load,
     }
 
 

@@ -15,12 +15,15 @@ import struct
 import uuid
 import zlib
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Callable
+
+from numpy.typing import NDArray
 
 from weavecore.errors import NotWritten
 from weavecore.exporting.polygons import Polygons
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.polygon_mesh import fan_quads
+from weavecore.polling import each, poll
 
 VERSION = 7
 """The archive version that is written: Rhino 7 and later read it."""
@@ -36,6 +39,9 @@ _NO_BODY = 0x80000000
 
 _FILE_HEADER, _CHUNK_HEADER, _CRC = 32, 12, 4
 """Bytes before the first chunk, before the body of a chunk, and at the end of a body with a CRC-32."""
+
+_ROWS_AT_ONCE = 10_000
+"""Vertices or faces that are added between two polls."""
 
 _N_DATES, _DATE_BYTES = 2, 32
 _NEW_YEAR_2000 = (0, 0, 0, 1, 0, 100, 6, 0)
@@ -146,16 +152,19 @@ class RhinoFileBuilder:
         """Add a mesh; triangles and quads stay, larger faces become fans."""
         mesh = self._rhino.Mesh()
         # AddPoint3d keeps double precision, which Add does not.
-        list(map(mesh.Vertices.AddPoint3d, *polygons.points.T.tolist()))
-        list(map(mesh.Faces.AddFace, *fan_quads(polygons.offsets, polygons.corners)[0].T.tolist()))
+        _add_each(mesh.Vertices.AddPoint3d, polygons.points)
+        _add_each(mesh.Faces.AddFace, fan_quads(polygons.offsets, polygons.corners)[0])
         mesh.Normals.ComputeNormals()
+        poll()
         self._expect(self._file.Objects.AddMesh, mesh, layer, name, texts)
 
     def encode(self) -> bytes:
         """The bytes of the file."""
         options = self._rhino.File3dmWriteOptions()
         options.Version = VERSION
+        poll()
         content = base64.b64decode(self._file.Encode(options) or "")
+        poll()
         if not content:
             raise NotWritten("rhino3dm encoded no file", remedy="Write the result as .json instead.")
         return with_fixed_dates(content)
@@ -192,6 +201,12 @@ class RhinoFileBuilder:
                 ids=[name],
                 kind="object",
             )
+
+
+def _add_each(add: Callable[..., Any], rows: NDArray[Any]) -> None:
+    """Call with the values of each row (n, k)."""
+    for start in each(range(0, len(rows), _ROWS_AT_ONCE)):
+        list(map(add, *rows[start : start + _ROWS_AT_ONCE].T.tolist()))
 
 
 def with_fixed_dates(content: bytes) -> bytes:

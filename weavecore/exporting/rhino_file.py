@@ -122,7 +122,7 @@ def _closed_points(points: Floats, *, is_closed: bool) -> Floats:
 def _add_rods(builder: RhinoFileBuilder, weave: Weave) -> None:
     """Add the axes as NURBS curves of degree 3, one layer a family, coloured by utilisation."""
     colours = utilisation_colours(weave.bending.utilisation).tolist()
-    for s, name in enumerate(weave.ids):
+    for s, name in each(enumerate(weave.ids)):
         layer = builder.layer(f"weave::rods::{ROD_LAYERS[name[0]]}", ROD_LAYER_COLOUR)
         knots, controls = weave.axes.bspline(s)
         builder.add_curve(knots, controls, layer, name, rod_texts(weave, s), tuple(colours[s]))

@@ -12,6 +12,7 @@ Arc lengths are integrals over four Gauss points for each sample.  Work: linear 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Union
 
@@ -19,13 +20,16 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranks_in_rows, rows_of
-from weavecore.polling import poll
+from weavecore.polling import each, poll
 
 DEGREE = 3
 _GAUSS = np.polynomial.legendre.leggauss(4)  # exact for polynomials of degree 7
 
 _LENGTH_OF_CHORD = 1.2
 """Arc length over chord for which room is left: a cubic through smooth data is little longer than its chord."""
+
+_SAMPLES_AT_ONCE = 1 << 17
+"""Samples that are worked on between two polls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,16 +322,17 @@ def sample_curves(
     pieces = pieces_of(reach, step)
     span = np.repeat(np.arange(len(start)), pieces)
     nth = ranks_in_rows(pieces)
-    part = 1.0 / pieces[span]
+    share = 1.0 / pieces[span]
 
     def cubics(span: Ints) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         a, b = start[span], stop[span]
         return points[a], points[b], derivatives[a], derivatives[b], reach[span]
 
     piece_length = np.zeros(len(span))
-    for x, weight in zip(*_GAUSS):
-        _, slope = cubic_points(*cubics(span), (nth + (1 + x) / 2) * part)
-        piece_length += weight / 2 * part * reach[span] * np.linalg.norm(slope, axis=1)
+    for part in _parts_of(len(span)):
+        for x, weight in zip(*_GAUSS):
+            _, slope = cubic_points(*cubics(span[part]), (nth[part] + (1 + x) / 2) * share[part])
+            piece_length[part] += weight / 2 * share[part] * reach[span[part]] * np.linalg.norm(slope, axis=1)
     row = rows_of(offsets)[start][span]
     n_pieces = np.bincount(row, minlength=len(closed))
     sample_offsets = offsets_of(n_pieces + 1)
@@ -337,18 +342,25 @@ def sample_curves(
     of_sample = np.empty(len(is_last), np.int64)
     of_sample[~is_last], of_sample[is_last] = span, span[final]
     t = np.ones(len(is_last))
-    t[~is_last] = nth * part
-    place, slope = cubic_points(*cubics(of_sample), t)
-    curvatures = cubic_curvatures(*cubics(of_sample), t)
+    t[~is_last] = nth * share
+    place, tangents, curvatures = np.empty((len(t), 3)), np.empty((len(t), 3)), np.empty(len(t))
+    for part in _parts_of(len(t)):
+        ends_of_part = cubics(of_sample[part])
+        place[part], slope = cubic_points(*ends_of_part, t[part])
+        curvatures[part] = cubic_curvatures(*ends_of_part, t[part])
+        tangents[part] = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny)
     total = np.concatenate([[0.0], np.cumsum(piece_length)])
     upto = np.empty(len(is_last), np.int64)
     upto[~is_last], upto[is_last] = np.arange(len(span)), final + 1
     stations = total[upto] - np.repeat(total[upto[sample_offsets[:-1]]], n_pieces + 1)
-    size = np.linalg.norm(slope, axis=1, keepdims=True)
     is_given = is_last & ~closed[rows_of(sample_offsets)]
     is_given[~is_last] = nth == 0
-    tangents = slope / np.maximum(size, np.finfo(float).tiny)
     return CurveSamples(sample_offsets, place, tangents, stations, curvatures, is_given)
+
+
+def _parts_of(n: int) -> Iterator[slice]:
+    """Slices that cover n samples, few enough in each for work on it to take a tenth of a second at most."""
+    return (slice(k, k + _SAMPLES_AT_ONCE) for k in each(range(0, n, _SAMPLES_AT_ONCE)))
 
 
 def pieces_of(width: Floats, step: Union[float, Floats]) -> Ints:

@@ -15,6 +15,7 @@ from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats
 from weavecore.model import InspectionMark, Note, SurfaceMesh
 from weavecore.model.notes import texts_of
+from weavecore.polling import pollable
 from weavecore.reading.choose import is_candidate
 from weavecore.reading.curves import curve_from
 from weavecore.reading.formats.mesh_file import read_mesh_file
@@ -166,6 +167,7 @@ class FileReport:
     part_names: tuple[str, ...] = ()
 
 
+@pollable
 def inspect_file(
     path: PathLike,
     *,
@@ -197,8 +199,12 @@ def inspect_file(
     if guarded:
         limits = limits_for_all(path, time_limit=time_limit)
         classes = (FileReport, ObjectReport, CurveReport, BorderReport, SurfacePiece, Note, InspectionMark)
-        report: FileReport = call_guarded(inspect_file, path, limits=limits, progress=progress, classes=classes)
+        report: FileReport = call_guarded(_inspect, path, limits=limits, progress=progress, classes=classes)
         return report
+    return _inspect(path, progress=progress)
+
+
+def _inspect(path: PathLike, *, progress: Optional[Progress]) -> FileReport:
     if is_rhino(path):
         return _inspect_document(path, open_document(path), progress or _no_progress)
     check_ending(path)

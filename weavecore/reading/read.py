@@ -16,6 +16,7 @@ from weavecore.errors import NoSurface, UnitUnknown, Unsupported
 from weavecore.files import PathLike
 from weavecore.model import Note, SurfaceMesh
 from weavecore.model.surface import Origins
+from weavecore.polling import pollable
 from weavecore.reading.choose import Names, choose_objects, listed_names
 from weavecore.reading.formats.mesh_file import MESH_READERS, read_mesh_file
 from weavecore.reading.formats.rhino_3dm import BLOCK, RhinoDocument, RhinoObject, open_document
@@ -45,6 +46,7 @@ ENDINGS = (RHINO, *MESH_READERS)
 """Endings of all files that hold a surface."""
 
 
+@pollable
 def read_surface(
     path: PathLike,
     *,
@@ -120,7 +122,7 @@ def read_surface(
         surface = _read_and_repair(path, cut_plane=cut_plane, **options)
     if surface.unit == "None" and is_rhino(path):
         guess = f"{path} has no unit; lengths are used as they are"
-        warnings.warn(UnitUnknown(guess), stacklevel=2)
+        warnings.warn(UnitUnknown(guess), stacklevel=3)  # `pollable` lies between.
         surface = replace(surface, notes=(*surface.notes, Note(UnitUnknown.code, f"{guess}.")))
     return surface
 
@@ -136,6 +138,7 @@ def _read_and_repair(
     return repair(raw, cut_plane=cut_plane, options=RepairOptions(**{**repairs, **lengths}))
 
 
+@pollable
 def surface_from(
     geometry: Any,
     *,

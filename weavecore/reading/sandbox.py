@@ -42,6 +42,7 @@ import numpy as np
 from weavecore import errors
 from weavecore.errors import TooMuchWork, Unreadable, Unsupported, WeaveError
 from weavecore.files import PathLike
+from weavecore.polling import INTERVAL, poll
 from weavecore.reading.sandbox_messages import BEGIN, Malformed, Message, decode, receive, send, skip_to_messages
 
 Progress = Callable[[float, str], None]
@@ -275,11 +276,15 @@ class _Conversation:
             self._progress(share, label)
 
     def _next_message(self) -> Message:
-        left = self._deadline - time.monotonic()
-        try:
-            message = self._messages.get(timeout=max(left, 0.0))
-        except queue.Empty:
-            raise self._too_slow() from None
+        message: Union[Message, Exception, None] = None
+        while message is None:
+            left = self._deadline - time.monotonic()
+            try:
+                message = self._messages.get(timeout=min(max(left, 0.0), INTERVAL))
+            except queue.Empty:
+                if left <= 0:
+                    raise self._too_slow() from None
+                poll()
         if isinstance(message, EOFError):
             raise self._ended()
         if isinstance(message, Exception):

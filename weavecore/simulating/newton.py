@@ -37,6 +37,7 @@ from scipy.sparse import csc_matrix, identity
 from scipy.sparse.linalg import splu
 
 from weavecore.geometry.arrays import Floats
+from weavecore.polling import poll_during
 from weavecore.simulating.structure import NO_RELAXATION, Forces, Structure
 
 Progress = Callable[[float, str], None]
@@ -134,8 +135,12 @@ def factorised(structure: Structure, hessian: csc_matrix, damping: float = _SHIF
     """Factors of the Hessian with a damping on its diagonal, and the number of its negative eigenvalues."""
     shift = max(damping, _SHIFT) * stiffness_scale(structure)
     shifted = (hessian + shift * identity(hessian.shape[0], format="csc")).tocsc()
+    return poll_during(_factors_and_count, shifted)
+
+
+def _factors_and_count(matrix: csc_matrix) -> tuple[Any, int]:
     factors = splu(
-        shifted, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options={"SymmetricMode": True}
+        matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options={"SymmetricMode": True}
     )
     return factors, int((factors.U.diagonal() < 0).sum())
 

@@ -15,6 +15,7 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.polling import each, poll, poll_during
 from weavecore.simulating.elements import (
     BEND_SIGNS,
     SCISSOR_SIGNS,
@@ -108,8 +109,8 @@ class Structure:
         degrees = np.asarray(-graph.sum(axis=1)).ravel()
         dominant = (graph + diags(degrees + 2.0)).tocsc()
         options = {"SymmetricMode": True}
-        factors = splu(
-            dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options=options
+        factors = poll_during(
+            splu, dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options=options
         )
         order: Ints = np.argsort(factors.perm_c).astype(np.int64)
         return order
@@ -194,7 +195,7 @@ class Structure:
             (TIE_SIGNS, tie_hessian(x, self.ties, tie)),
             (SCISSOR_SIGNS, scissor_hessian(x, self.scissors)),
         ]
-        entries = [_at_points(signs, _convex(blocks) if convex else blocks) for signs, blocks in parts]
+        entries = [_at_points(signs, _convex(blocks) if convex else blocks) for signs, blocks in each(parts)]
         slots, indices, starts = self._pattern
         n = len(self.free)
         data = np.bincount(slots, np.concatenate(entries), minlength=len(indices) + 1)[:-1]
@@ -205,13 +206,16 @@ class Structure:
         """Where each entry of each element goes in the sparse matrix (beyond it where its coordinate is fixed)."""
         rows, columns = self._pairs
         blocks, block_of = np.unique(columns * self.n_points + rows, return_inverse=True)
+        poll()
         place = np.full(3 * self.n_points, -1)
         place[self.free] = np.arange(len(self.free))
         column, row = np.divmod(blocks, self.n_points)
         i, j = np.divmod(np.arange(9), 3)
         rows, columns = place[3 * row[:, None] + i].ravel(), place[3 * column[:, None] + j].ravel()
         used = np.flatnonzero((rows >= 0) & (columns >= 0))
+        poll()
         order = used[np.lexsort((rows[used], columns[used]))]
+        poll()
         slot_of = np.full(9 * len(blocks), len(order))
         slot_of[order] = np.arange(len(order))
         slots = slot_of[(9 * block_of.reshape(-1, 1) + np.arange(9)).ravel()]

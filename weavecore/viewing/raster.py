@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from weavecore.geometry.arrays import Floats, Ints
-from weavecore.polling import each
+from weavecore.polling import each, poll
 from weavecore.viewing.camera import Camera
 
 Nearness = NDArray[np.float32]
@@ -28,6 +28,9 @@ NOTHING = -1
 
 _CHUNK = 1 << 18
 """Samples worked on at a time: a bound on memory."""
+
+_RODS_AT_ONCE = 1 << 15
+"""Rods whose spans are found at a time, between two polls."""
 
 _LIFT = 0.6
 """How many radii a rod is moved towards the eye, so that the surface it lies on does not hide its edge."""
@@ -164,6 +167,7 @@ def see_rods(camera: Camera, starts: Floats, ends: Floats, radius: Floats) -> Se
     SeenRods
     """
     place, nearness = camera.project(np.concatenate([starts, ends]))
+    poll()
     start, end = place[: len(starts)], place[len(starts) :]
     both = np.stack([nearness[: len(starts)], nearness[len(starts) :]], axis=1)
     length = np.maximum(np.linalg.norm(end - start, axis=1), _LEAST_LENGTH)
@@ -183,7 +187,7 @@ def draw_rods(buffer: DepthBuffer, rods: SeenRods) -> None:
     slope = ((rods.nearness[:, 1] - rods.nearness[:, 0]) * rods.radius / rods.length).astype(np.float32)
     first = rods.nearness[:, 0].astype(np.float32)
     reach = (rods.length / rods.radius).astype(np.float32)
-    for rod, column, row in _rod_spans(rods, buffer).samples():
+    for rod, column, row in _rod_samples(rods, buffer):
         along, off = rods.across(rod, column, row)
         end = reach[rod]
         beyond = along - np.clip(along, 0, end)
@@ -193,6 +197,14 @@ def draw_rods(buffer: DepthBuffer, rods: SeenRods) -> None:
         near = first[seen] + slope[seen] * np.clip(along[inside], 0, end[inside])
         towards = lift[seen] * (_LIFT + np.sqrt(1 - squared[inside]))
         buffer.put(seen, column[inside], row[inside], near / (1 - near * towards))
+
+
+def _rod_samples(rods: SeenRods, buffer: DepthBuffer) -> Iterator[tuple[Ints, Ints, Ints]]:
+    """Rod, column and row of the samples of all rods, in chunks."""
+    for first in each(range(0, len(rods.start), _RODS_AT_ONCE)):
+        some = SeenRods(**{key: values[first : first + _RODS_AT_ONCE] for key, values in vars(rods).items()})
+        for rod, column, row in each(_rod_spans(some, buffer).samples()):
+            yield rod + first, column, row
 
 
 @dataclass(frozen=True, eq=False)
