@@ -39,6 +39,7 @@ from weavecore.model import (
 )
 from weavecore.model.lattice_fit import note_far_edges, note_inverted_faces, note_short_edges
 from weavecore.offsetting.level_sets import offset_levels
+from weavecore.offsetting.passing_sheets import note_crossings
 from weavecore.offsetting.propagation.method import offset_fronts
 from weavecore.offsetting.sources import start_at
 from weavecore.offsetting.spacing import Spacing, suggest_spacing
@@ -176,7 +177,7 @@ def offset(
     -------
     Latitudes
         On the surface as it was woven, with notes: borders shorter than a hundredth of the spacing are closed, unless
-        distances start at chosen ones.
+        distances start at chosen ones; polylines of parts that pass through each other cross.
 
     Raises
     ------
@@ -192,7 +193,7 @@ def offset(
         check_length(length, "A spacing")
     if np.isfinite(least) and least > 0:  # Else the method refuses it.
         started = note_thickness(fill_specks(started, least), least)
-    return METHODS[method](started, spacing=wanted, progress=progress)
+    return note_crossings(METHODS[method](started, spacing=wanted, progress=progress))
 
 
 def refuse_doubts(surface: SurfaceMesh) -> None:
