@@ -354,6 +354,24 @@ def follow(after: Ints, start: int) -> Ints:
     return np.asarray(order, np.int64)
 
 
+def order_by(keys: Ints, n: int) -> Ints:
+    """Stable order of keys below ``n``, by counting: linear, in compiled code.
+
+    Parameters
+    ----------
+    keys : (k,) int64
+        From 0 to n - 1.
+    n : int
+
+    Returns
+    -------
+    (k,) int64
+    """
+    k = len(keys)
+    table = csr_matrix((np.ones(k, np.int8), keys, np.arange(k + 1)), shape=(k, n))
+    return np.asarray(table.tocsc().indices, np.int64)
+
+
 # Graphs
 
 

@@ -11,7 +11,9 @@ its material allows.  The cost is small below 0.9 κ_max, grows with the square 
 A Levenberg-Marquardt method: each node has as many unknowns as ways to go, two in the tangent plane of the surface, one
 along a polyline, none at corners.  The linear systems are sparse and solved roughly, by preconditioned conjugate
 gradients.  A step is taken in space and put back on the exact mesh at the closest point.  A step that lowers the sum is
-kept, but for nodes where it would invert a face, or bring an edge or an angle out of its hard bounds.
+kept, but for nodes where it would invert a face, or bring an edge or an angle out of its hard bounds.  Each node has a
+damping of its own, which rises where the costs around it rose and falls elsewhere: a sharp place that goes forward in
+small steps does not hold up the others.
 
 Compare the relaxed kagome of Ayres, Martin and Zwierzycki 2018 and the foliations of Vekhter et al. 2019.
 Complexity: a bounded number of steps, each of time and memory linear in the number of nodes.
@@ -23,30 +25,28 @@ from dataclasses import dataclass, replace
 from typing import Optional
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, inner, rows_of, unit_vectors
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, rows_of, unit_vectors
+from weavecore.geometry.elementary import arctangents
 from weavecore.linking.arc_length import interpolated_at, points_at
 from weavecore.linking.bending_terms import (
-    BROKEN_TURN,
-    LONGEST,
-    SHORTEST,
-    Chords,
+    REACH,
+    AngleTerm,
+    Bends,
+    CornerArms,
+    EdgeTerm,
     FaceCorners,
-    RodJoints,
-    angle_term,
-    bending_cost,
-    bending_term,
-    chords_of,
-    corner_angles,
+    Segments,
     corners_of,
     edge_of_sides,
-    edge_term,
-    find_joints,
-    find_stencils,
+    summed_at_nodes,
 )
 from weavecore.linking.node_placement import CORNER_TURN
-from weavecore.linking.normal_equations import NormalEquations, Term
+from weavecore.linking.normal_equations import BandTerm, NormalEquations
+from weavecore.linking.rod_runs import RodRuns, find_runs
 from weavecore.model.lattice import Lattice
+from weavecore.model.rod_pairing import pair_darts
 from weavecore.model.surface import SurfaceMesh
 from weavecore.polling import poll
 
@@ -59,6 +59,9 @@ WEAVE_RISE = {"triangular": 0.0, "twill": 0.25}
 _ADMISSIBLE_RADIUS = 93.75
 """Least radius over diameter that is aimed at: that of pultruded GFRP under long-term load."""
 
+_ROUNDS = 3
+"""Times that edges are paired into rods and nodes moved, at most: rods that run straighter may go on other ways."""
+
 _MOST_STEPS = 40
 """Steps of the descent at most; `_ENOUGH` ends most sooner."""
 
@@ -70,9 +73,6 @@ _LONGEST_STEP = 0.15
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-5, 1e4
 """Levenberg-Marquardt damping, relative to the diagonal of the Hessian."""
-
-_GOOD, _FAIR = 0.5, 0.1
-"""Fall of the sum over that of the quadratic model: above these, damping is divided by 4 or 2; below, it doubles."""
 
 _ENOUGH = 5e-4
 """Steps end when one lowers the sum by less than this part."""
@@ -116,12 +116,13 @@ def smooth_bending(
     diameter = lattice.assumed_diameter if rod_diameter is None else rod_diameter
     place = _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes))
     problem = _Problem(lattice, sites, diameter, 1.0 / (admissible_radius * diameter))
-    # On the surface nodes straighten most turns; what turns then as sharply as to be broken holds up no other.
-    for most_turn in (np.pi, BROKEN_TURN) if is_free else (BROKEN_TURN, BROKEN_TURN):
-        joints = find_joints(replace(lattice, nodes=place.nodes), most_turn)
-        if len(joints.node):
-            problem.take(joints)
-            place = _descend(problem, place)
+    known, damping = None, np.full(lattice.n_nodes, _FIRST_DAMPING)
+    for _ in range(_ROUNDS):
+        partner = pair_darts(replace(lattice, nodes=place.nodes))
+        if known is not None and np.array_equal(partner, known):
+            break
+        problem.take(find_runs(lattice.edges, partner))
+        (place, damping), known = _descend(problem, place, damping), partner
     return replace(lattice, nodes=place.nodes, node_station=place.station, off_latitudes=is_free)
 
 
@@ -245,7 +246,7 @@ def _turns_about(lattice: Lattice) -> Floats:
     behind, here, ahead = at(-reach), at(0.0), at(reach)
     one, other = here - behind, ahead - here
     turn = np.zeros(lattice.n_nodes)
-    turn[on] = np.arctan2(np.linalg.norm(cross(one, other), axis=1), (one * other).sum(1))
+    turn[on] = arctangents(np.linalg.norm(cross(one, other), axis=1), dots(one, other))
     return turn
 
 
@@ -266,107 +267,144 @@ def _vertex_normals(surface: SurfaceMesh) -> Floats:
     return unit_vectors(total)
 
 
+@dataclass(frozen=True, eq=False)
+class _Sum:
+    """All terms at one place of the nodes."""
+
+    bends: Bends
+    edges: EdgeTerm
+    angles: AngleTerm
+    arms: CornerArms
+    segments: Segments
+
+    @property
+    def value(self) -> float:
+        return float(self.bends.costs.sum() + self.edges.costs.sum() + self.angles.costs.sum())
+
+
 class _Problem:
     """The sum of all terms over the places of the nodes."""
 
     def __init__(self, lattice: Lattice, sites: _Sites, diameter: float, admissible: float) -> None:
-        self.sites, self.edges = sites, lattice.edges
-        self.face_nodes, self.face_offsets = lattice.face_nodes, lattice.face_offsets
-        self._corners = corners_of(lattice)
+        self.sites, self.n_nodes = sites, lattice.n_nodes
+        self.corners, self.face = corners_of(lattice), rows_of(lattice.face_offsets)
+        self._face_sides = np.diff(lattice.face_offsets)[self.face]
         self._rise = diameter * WEAVE_RISE.get(lattice.pattern, 1.0)
         self._admissible = admissible
         length = lattice.edge_lengths
-        self.median = np.full(lattice.n_edges, float(np.median(length)))
-        self._shortest, self._longest = (np.full(lattice.n_edges, bound) for bound in (SHORTEST, LONGEST))
-        self.mean = float(length.mean())
+        self.median, self.mean = float(np.median(length)), float(length.mean())
 
-    def take(self, joints: RodJoints) -> None:
-        """Take the joints whose bending counts, and set up the equations for them."""
-        self._joints, self._stencils = joints, find_stencils(joints)
-        stencils = [self._stencils.nodes, self.edges, self._corners.stencils]
-        self.equations = NormalEquations(stencils, np.diff(self.sites.first))
+    def take(self, runs: RodRuns) -> None:
+        """Take the rods whose bending counts, and set up the equations for them."""
+        self.runs = runs
+        diagonals = self.corners.stencils[::2, self._face_sides > 3]
+        self.equations = NormalEquations(runs, diagonals, np.diff(self.sites.first))
 
-    @property
-    def corners(self) -> FaceCorners:
-        return self._corners
-
-    def terms(self, place: _Place) -> list[Term]:
+    def at(self, place: _Place) -> _Sum:
+        """The terms at a place."""
         poll()
-        chords = chords_of(self.edges, place.nodes)
-        bending = bending_term(
-            self._joints,
-            self._stencils,
-            place.normals,
-            chords,
-            rise=self._rise,
-            admissible=self._admissible,
-        )
-        return [bending, *self._bounds(chords, place)]
+        segments = Segments(self.runs, place.nodes)
+        bends = Bends(self.runs, place.normals, segments, rise=self._rise, admissible=self._admissible)
+        arms = CornerArms(self.corners, place.nodes, place.normals)
+        angles = AngleTerm(self.corners, arms, place.nodes, place.normals)
+        return _Sum(bends, EdgeTerm(self.runs, segments, self.median), angles, arms, segments)
 
-    def _bounds(self, chords: Chords, place: _Place) -> list[Term]:
-        return [
-            edge_term(chords, self.median, self._shortest, self._longest, len(place.nodes)),
-            angle_term(self._corners, place.nodes, place.normals),
-        ]
+    def equations_at(self, here: _Sum, place: _Place) -> tuple[csr_matrix, Floats]:
+        """Hessian and gradient over the unknowns."""
+        directions = self.sites.directions(place)
+        bands = [BandTerm(-REACH - 1, here.bends.rows), BandTerm(0, here.edges.rows)]
+        hessian = self.equations.assemble(bands, (here.angles.stencils, here.angles.slopes), directions)
+        forces = here.bends.forces() + here.edges.forces()
+        pulls = -forces
+        pulls[:, 1:] += forces[:, :-1]
+        gradient = summed_at_nodes(self.runs.node, pulls, self.n_nodes) + here.angles.gradient(self.n_nodes)
+        return hessian, self.equations.gradient(gradient, directions)
 
-    def value(self, place: _Place) -> float:
-        poll()
-        chords = chords_of(self.edges, place.nodes)
-        bending = bending_cost(self._joints, place.normals, chords, rise=self._rise, admissible=self._admissible)
-        return bending + sum(term.value for term in self._bounds(chords, place))
+    def costs_around(self, here: _Sum) -> Floats:
+        """(N,) the costs of all terms that a node takes part in, the nearest joints of its rods."""
+        costs = here.bends.costs.copy()
+        costs[1:] += here.bends.costs[:-1]
+        costs[:-1] += here.bends.costs[1:]
+        costs += here.edges.costs
+        costs[1:] += here.edges.costs[:-1]
+        total: Floats = np.bincount(self.runs.node, costs, self.n_nodes).astype(np.float64)
+        for nodes in here.angles.stencils:
+            total += np.bincount(nodes, here.angles.costs, self.n_nodes)
+        return total
 
 
-def _descend(problem: _Problem, place: _Place) -> _Place:
-    """Take steps of Levenberg and Marquardt until the sum hardly falls."""
-    value, damping = problem.value(place), _FIRST_DAMPING
+def _descend(problem: _Problem, place: _Place, damping: Floats) -> tuple[_Place, Floats]:
+    """Take steps of Levenberg and Marquardt until the sum hardly falls.
+
+    Each node has a damping (N,) of its own: where the costs around it rise it grows, elsewhere it falls.
+    """
+    here = problem.at(place)
+    costs = problem.costs_around(here)
     equations = problem.equations
     for _ in range(_MOST_STEPS):
-        poll()
-        hessian, gradient = equations.assemble(problem.terms(place), problem.sites.directions(place))
+        hessian, gradient = problem.equations_at(here, place)
         for _try in range(_MOST_TRIES):
             poll()
             step = equations.solve(hessian, damping / problem.mean**2, -gradient)
-            promised = -(inner(gradient, step) + inner(step, hessian @ step) / 2.0)
-            after = _without_harm(problem, place, problem.sites.moved(place, step))
-            new = problem.value(after)
-            if new < value:
+            after, held = _without_harm(problem, place, here, problem.sites.moved(place, step))
+            there = problem.at(after)
+            new_costs = problem.costs_around(there)
+            damping = np.where(
+                held | (new_costs > costs),
+                np.minimum(damping * 8.0, _MOST_DAMPING),
+                np.maximum(damping / 4.0, _LEAST_DAMPING),
+            )
+            if there.value < here.value:
                 break
-            damping = min(damping * 8.0, _MOST_DAMPING)
         else:
-            return place
-        fell, place, value = value - new, after, new
-        easing = 4.0 if fell > _GOOD * promised else 2.0 if fell > _FAIR * promised else 0.5
-        damping = max(damping / easing, _LEAST_DAMPING)
-        if fell < _ENOUGH * value:
+            return place, damping
+        fell = here.value - there.value
+        place, here, costs = after, there, new_costs
+        if fell < _ENOUGH * here.value:
             break
-    return place
+    return place, damping
 
 
-def _without_harm(problem: _Problem, before: _Place, after: _Place) -> _Place:
-    """The places after a step, with nodes left where they were at faces and edges that it would spoil."""
-    corners = problem.corners
-    face = rows_of(problem.face_offsets)
-    old_angle = corner_angles(corners, before.nodes, before.normals)
-    old_length = np.linalg.norm(np.diff(before.nodes[problem.edges], axis=1)[:, 0], axis=1)
-    low, high = (
-        np.minimum(_LEAST_EDGE * problem.median, old_length),
-        np.maximum(_MOST_EDGE * problem.median, old_length),
-    )
+def _without_harm(problem: _Problem, before: _Place, here: _Sum, after: _Place) -> tuple[_Place, Bools]:
+    """The places after a step, with nodes left where they were at faces and edges that it would spoil; and which."""
+    corners, face, runs = problem.corners, problem.face, problem.runs
     nodes, station, normals = after.nodes.copy(), after.station.copy(), after.normals.copy()
-    moved = (nodes != before.nodes).any(1)
+    was_moved = (nodes != before.nodes).any(1)
+    moved = was_moved.copy()
+    # Nodes that were moved back may spoil the faces and edges that they are part of, and no others.
+    corner, segment = np.arange(len(face)), np.flatnonzero(runs.is_segment)
     while True:
-        angle = corner_angles(corners, nodes, normals)
-        is_bad = angle < np.minimum(_LEAST_ANGLE, old_angle)
-        bad_faces = np.zeros(len(problem.face_offsets) - 1, bool)
-        bad_faces[face[is_bad]] = True
-        length = np.linalg.norm(np.diff(nodes[problem.edges], axis=1)[:, 0], axis=1)
-        bad_edges = (length < low * (1 - 1e-12)) | (length > high * (1 + 1e-12))
+        sharp = corner[_sharper(corners.some(corner), here.arms.some(corner), nodes, normals)]
+        bad_faces = np.zeros(int(face[-1]) + 1 if len(face) else 0, bool)
+        bad_faces[face[sharp]] = True
+        ends = runs.node[segment[_too_long_or_short(problem, here, segment, nodes)] + np.array([[0], [1]])]
         harmful = np.zeros(len(nodes), bool)
-        harmful[corners.node[bad_faces[face]]] = True
-        harmful[problem.edges[bad_edges]] = True
+        harmful[corners.node[bad_faces[face]]] = harmful[ends] = True
         harmful &= moved
         if not harmful.any():
-            return _Place(nodes, station, normals)
+            return _Place(nodes, station, normals), was_moved & ~moved
         nodes[harmful], station[harmful] = before.nodes[harmful], before.station[harmful]
         normals[harmful] = before.normals[harmful]
         moved &= ~harmful
+        corner = np.flatnonzero(harmful[corners.stencils].any(0))
+        at = np.flatnonzero(runs.is_segment)
+        segment = at[harmful[runs.node[at]] | harmful[runs.node[at + 1]]]
+
+
+def _sharper(corners: FaceCorners, old: CornerArms, nodes: Floats, normals: Floats) -> Bools:
+    """(C,) corners that are sharper than `_LEAST_ANGLE`, and than they were."""
+    arms = CornerArms(corners, nodes, normals)
+    # Of two angles below 90° the lesser has the lesser tangent.
+    is_sharper = arms.sine * old.cosine < old.sine * arms.cosine
+    sharper: Bools = arms.are_below(_LEAST_ANGLE) & (~old.are_below(_LEAST_ANGLE) | is_sharper)
+    return sharper
+
+
+def _too_long_or_short(problem: _Problem, here: _Sum, segment: Ints, nodes: Floats) -> Bools:
+    """(S,) segments whose lengths are out of bounds, and further than they were."""
+    node = problem.runs.node
+    way = nodes[node[segment + 1]] - nodes[node[segment]]
+    length, old = np.sqrt(dots(way, way)), here.segments.length[segment]
+    low, high = np.minimum(_LEAST_EDGE * problem.median, old), np.maximum(_MOST_EDGE * problem.median, old)
+    bad: Bools = (length < low * (1 - 1e-12)) | (length > high * (1 + 1e-12))
+    return bad

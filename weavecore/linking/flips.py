@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, next_in_loop, rows_of
 from weavecore.geometry.bisection import unique_edges
 from weavecore.geometry.lawson_flips import angle_at, stays_upright, turn_edges
 from weavecore.linking.arc_length import segments_at
@@ -70,6 +70,12 @@ class FaceOrientation:
         pa, pb, pc = nodes[a], nodes[b], nodes[c]
         expected = self._normals[a] + self._normals[b] + self._normals[c]
         return self._cosines(np.cross(pb - pa, pc - pa), expected, (pa + pb + pc) / 3)
+
+    def any_against(self, nodes: Floats, triangles: Ints) -> bool:
+        """Whether the cosine of any triangle (k, 3) is 0 or less."""
+        if np.isinf(self._certain):
+            return bool(_are_inverted(self._surface, nodes, triangles).any())
+        return not bool((self.of_triangles(nodes, *triangles.T) > 0).all())
 
     def of_polygons(self, nodes: Floats, corners: Ints, offsets: Ints) -> Floats:
         """Cosine (F,) of each face.
@@ -143,7 +149,7 @@ def _flipped(nodes: Floats, faces: BandFaces, fixed_edges: Ints, measure: FaceOr
         gained[inverted] = np.where(after > least, after - before[inverted], 0.0)
         return gained
 
-    if (orientation(nodes, *triangles.T) > 0).all():
+    if not measure.any_against(nodes, triangles):
         return faces
     n = np.int64(len(nodes))
     fixed = np.concatenate([fixed_edges, faces.where(~is_triangle).edges()])
@@ -166,10 +172,16 @@ def find_inverted_triangles(surface: SurfaceMesh, nodes: Floats, faces: BandFace
     (k, 3) int64
     """
     triangles = faces.corners[faces.corners[:, 3] == NO_CORNER, :3]
-    a, b, c = (nodes[triangles[:, k]] for k in range(3))
-    near, _ = surface.face_finder.find((a + b + c) / 3)
-    inverted: Ints = triangles[(np.cross(b - a, c - a) * surface.face_normals[near]).sum(1) <= 0]
+    inverted: Ints = triangles[_are_inverted(surface, nodes, triangles)]
     return inverted
+
+
+def _are_inverted(surface: SurfaceMesh, nodes: Floats, triangles: Ints) -> Bools:
+    a, b, c = (nodes[triangles[:, k]] for k in range(3))
+    middle = (a + b + c) / 3
+    # Nodes lie on the surface, so it comes as near to the middle of a triangle as its nearest node.
+    near = np.sqrt(np.min([dots(arm, arm) for arm in (a - middle, b - middle, c - middle)], axis=0))
+    return surface.nearest_normals.are_against(middle, cross(b - a, c - a), near)
 
 
 def node_normals(latitudes: Latitudes, latitude: Ints, station: Floats, faces: BandFaces, n_nodes: int) -> Floats:

@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, next_in_loop, rows_of
+from weavecore.geometry.arrays import Floats, Ints, dots, next_in_loop, rows_of
 from weavecore.model.lattice import Lattice
 from weavecore.model.notes import Note, at
 
@@ -40,7 +40,11 @@ def edge_gaps(lattice: Lattice) -> Floats:
     ----------
     lattice : Lattice
     """
-    a, b = lattice.nodes[lattice.edges[:, 0]], lattice.nodes[lattice.edges[:, 1]]
+    return _gaps_under(lattice, lattice.edges)
+
+
+def _gaps_under(lattice: Lattice, edges: Ints) -> Floats:
+    a, b = lattice.nodes[edges[:, 0]], lattice.nodes[edges[:, 1]]
     points = (a + _PARTS[:, None, None] * (b - a)).reshape(-1, 3)
     surface = lattice.latitudes.surface
     _, place = surface.face_finder.find(points)
@@ -76,8 +80,10 @@ def inverted_faces(lattice: Lattice) -> Ints:
     if known is None:
         surface = lattice.latitudes.surface
         middle, area = face_middles(lattice)
-        near, _ = surface.face_finder.find(middle)
-        known = _INVERTED[lattice] = np.flatnonzero((surface.face_normals[near] * area).sum(1) <= 0)
+        # Nodes lie on the surface, so it comes as near to the middle of a face as its nearest node.
+        arms = lattice.nodes[lattice.face_nodes] - middle[rows_of(lattice.face_offsets)]
+        near = np.sqrt(np.minimum.reduceat(dots(arms, arms), lattice.face_offsets[:-1])) if len(middle) else area[:, 0]
+        known = _INVERTED[lattice] = np.flatnonzero(surface.nearest_normals.are_against(middle, area, near))
     return known
 
 
@@ -95,8 +101,10 @@ def note_far_edges(lattice: Lattice) -> Lattice:
     """
     latitudes = lattice.latitudes
     reach = max(latitudes.spacing, lattice.edge_length)
-    gaps = edge_gaps(lattice)
-    far = np.flatnonzero(gaps > _FAR * reach)
+    # Nodes lie on the surface, so an edge leaves it by half its length at most.
+    far = np.flatnonzero(lattice.edge_lengths > 2 * _FAR * reach)
+    gaps = _gaps_under(lattice, lattice.edges[far])
+    far, gaps = far[gaps > _FAR * reach], gaps[gaps > _FAR * reach]
     if len(far) == 0:
         return lattice
     places = lattice.nodes[lattice.edges[far]].mean(1)

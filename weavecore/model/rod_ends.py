@@ -17,7 +17,6 @@ nodes of short rods, O(K) for a bounded number of edges at a node.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -154,32 +153,52 @@ def _pair_best(chains: _Chains, pairs: _Pairs) -> bool:
     now = tuple(pair for pair in pairs if chains.partner[pair[0]] == pair[1])
     chains.pair(darts, ())
     reach = {dart: chains.reach(dart) for dart in darts}
-
-    def cost(pairing: _Pairing) -> tuple[int, int, int, float]:
-        joints = dict(reach)
-        for a, b in pairing:
-            joints[a] = reach[a] + reach[b]
-            del joints[b]
-        short = sum(count + 1 < FEWEST_JOINTS for count in joints.values())
-        opened = sum(pair in pairs and pair not in pairing for pair in rings)
-        last = sum(pairs[pair][0] == LAST_RESORT for pair in pairing) + _OPENED_RING * opened
-        return short, last, -len(pairing), round(sum(pairs[pair][1] for pair in pairing), 6)
-
-    best = min(_pairings(darts, pairs), key=cost)
-    is_better = cost(best)[:3] < cost(now)[:3]
+    opened = {pair for pair in rings if pair in pairs}
+    best, least = _best_pairing(darts, pairs, reach, opened)
+    is_better = least[:3] < _cost(now, pairs, reach, opened)[:3]
     chains.pair(darts, best if is_better else now)
     return is_better
 
 
-def _pairings(darts: list[int], pairs: _Pairs) -> Iterator[_Pairing]:
-    """All sets of pairs without a common dart."""
-    if not darts:
-        yield ()
-        return
-    first, rest = darts[0], darts[1:]
-    yield from _pairings(rest, pairs)
-    for k, other in enumerate(rest):
-        pair = (first, other) if (first, other) in pairs else (other, first)
-        if pair in pairs:
-            for more in _pairings(rest[:k] + rest[k + 1 :], pairs):
-                yield (pair, *more)
+_Cost = tuple[int, int, int, float]
+"""Short rods, last resorts, ends (pairs, negated) and turn of a pairing."""
+
+
+def _cost(pairing: _Pairing, pairs: _Pairs, reach: dict[int, int], opened: set[tuple[int, int]]) -> _Cost:
+    """The cost of a pairing of darts beyond which rods pass ``reach`` nodes; ``opened`` are pairs that it gives up."""
+    paired = {dart for pair in pairing for dart in pair}
+    short = sum(reach[a] + reach[b] + 1 < FEWEST_JOINTS for a, b in pairing)
+    short += sum(count + 1 < FEWEST_JOINTS for dart, count in reach.items() if dart not in paired)
+    last = sum(pairs[pair][0] == LAST_RESORT for pair in pairing) + _OPENED_RING * len(opened.difference(pairing))
+    return short, last, -len(pairing), round(sum(pairs[pair][1] for pair in pairing), 6)
+
+
+def _best_pairing(
+    darts: list[int], pairs: _Pairs, reach: dict[int, int], opened: set[tuple[int, int]]
+) -> tuple[_Pairing, _Cost]:
+    """The pairing of least cost among all sets of pairs without a common dart; the first of several.
+
+    Depth first: the first dart stays alone, or goes with each of those after it.  Short rods only become more.
+    """
+    best: list[tuple[_Pairing, _Cost]] = []
+
+    def search(rest: list[int], pairing: _Pairing, short: int, last: int, turn: float) -> None:
+        if best and short > best[0][1][0]:
+            return
+        if not rest:
+            cost = (short, last, -len(pairing), round(turn, 6))
+            if not best or cost < best[0][1]:
+                best[:] = [(pairing, cost)]
+            return
+        first, others = rest[0], rest[1:]
+        search(others, pairing, short + (reach[first] + 1 < FEWEST_JOINTS), last, turn)
+        for k, other in enumerate(others):
+            pair = (first, other) if (first, other) in pairs else (other, first)
+            if pair in pairs:
+                kind, angle = pairs[pair]
+                more = (kind == LAST_RESORT) - _OPENED_RING * (pair in opened)
+                is_short = reach[first] + reach[other] + 1 < FEWEST_JOINTS
+                search(others[:k] + others[k + 1 :], (*pairing, pair), short + is_short, last + more, turn + angle)
+
+    search(darts, (), 0, _OPENED_RING * len(opened), 0.0)
+    return best[0]

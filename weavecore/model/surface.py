@@ -23,6 +23,7 @@ from weavecore.geometry.halfedges import (
     find_twins,
     halfedge_ends,
 )
+from weavecore.geometry.nearest_normals import NearestNormals
 from weavecore.model.notes import Note
 
 
@@ -223,6 +224,11 @@ class SurfaceMesh:
     def face_finder(self) -> FaceFinder:
         """Finds the closest faces of points."""
         return FaceFinder(self.vertices, self.faces)
+
+    @cached_property
+    def nearest_normals(self) -> NearestNormals:
+        """Compares vectors with the normals of the faces closest to points."""
+        return NearestNormals(self.vertices, self.faces, self.face_normals, self.face_finder)
 
     @cached_property
     def size(self) -> float:
