@@ -500,9 +500,11 @@ def fabricate(
     else:
         value, content = read_weave_or_equilibrium(result)
     weave = value.weave if isinstance(value, Equilibrium) else value
-    from weavecore.structural_analysis import simulation_of
+    at_rest = None
+    if simulation is not None or value is not weave:
+        from weavecore.structural_analysis import simulation_of
 
-    at_rest = simulation_of(weave, value if simulation is None else simulation)
+        at_rest = simulation_of(weave, value if simulation is None else simulation)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
     check_fabrication(weave, scale=scale, stock=shop.stock)
     source = Source.of(weave, content)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import io
 import os
 import re
+import runpy
 import subprocess
 import sys
 from collections import Counter
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import ezdxf
@@ -222,14 +224,30 @@ def test_only_the_templates_that_are_asked_for_are_drawn() -> None:
     assert [name for name in files if not name.endswith((".csv", ".txt"))] == ["templates.svg", "drawings.svg"]
 
 
-@pytest.mark.parametrize(("library", "template"), [("ezdxf", "dxf"), ("reportlab", "pdf")])
-def test_a_missing_library_is_named_with_the_extra(
-    library: str, template: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(Unsupported, match=rf"{library}.*weavecore\[fabricate\].*--templates svg"):
-        make(woven_tube("quad"), Workshop(templates=(template,)))
-    assert "bom.csv" in make(woven_tube("quad"), Workshop(templates=("svg",))).files
+def test_a_missing_library_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    for library in ("reportlab", "ezdxf"):
+        monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(Unsupported, match=r"reportlab.*weavecore\[fabricate\].*--templates svg"):
+        make(woven_tube("quad"), Workshop(templates=("pdf",)))
+    assert {"bom.csv", "templates.dxf"} <= set(make(woven_tube("quad"), Workshop(templates=("svg", "dxf"))).files)
+
+
+def test_the_frame_of_a_dxf_is_the_one_that_ezdxf_makes_and_its_audit_finds_nothing() -> None:
+    path = Path(__file__).resolve().parents[2] / "docs" / "generate" / "dxf_frame.py"
+    made = runpy.run_path(str(path))
+    names = [made["frame"](), made["TARGET"].read_text("utf-8")]
+    # Releases of ezdxf differ in line types and the like; the places to be filled stay.
+    assert [re.findall(r"\{[A-Z_]+\}(?=\n|  0\n)", text) for text in names] == [
+        ["{STATEMENT}", "{HANDLE}", "{N_LAYERS}", "{LAYERS}", "{ENTITIES}"]
+    ] * 2
+    for name in ("templates.dxf", "drawings.dxf"):
+        document = ezdxf.read(io.StringIO(folder().files[name].decode()))
+        assert document.units == 4
+        audit = document.audit()
+        assert (audit.errors, audit.fixes) == ([], [])
+        handles = [entity.dxf.handle for entity in document.entitydb.values()]
+        assert len(set(handles)) == len(handles)
+        assert int(document.header["$HANDSEED"], 16) > max(int(handle, 16) for handle in handles)
 
 
 def test_the_same_weave_gives_the_same_templates() -> None:

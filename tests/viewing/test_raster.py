@@ -95,10 +95,10 @@ def test_a_rod_is_seen_on_a_surface_and_not_behind_it() -> None:
     camera = flat_camera()
     corners = np.array([[-100, -100, 0], [100, -100, 0], [0, 200, 0]], float)
     place, nearness = camera.project(corners)
-    surface = DepthBuffer(SIZE)
-    draw_triangles(surface, place[None], nearness[None])
+    buffer = DepthBuffer(SIZE)
+    draw_triangles(buffer, place[None], nearness[None])
+    buffer.forget_shapes()
     starts, ends = np.array([[-5, 4, 0], [-5, -4, -20]], float), np.array([[5, 4, 0], [5, -4, -20]], float)
-    buffer = DepthBuffer(SIZE, before=surface.nearness)
     draw_rods(buffer, see_rods(camera, starts, ends, np.array([2.0, 2.0])))
     assert set(np.unique(buffer.shape)) == {NOTHING, 0}
 

@@ -56,3 +56,12 @@ def test_thin_rods_on_long_ways_clash_as_all_their_pieces_do() -> None:
     found = find_clashes(weave.axes, np.full(len(weave), 1.4))
     assert {tuple(pair) for pair in found.strands.tolist()} == set(wanted)
     assert len(wanted) > 5
+
+
+def test_only_the_pairs_asked_for_are_looked_at() -> None:
+    weave = pipeline.weave(pipeline.link(tube_latitudes(150.0, 180.0, 60.0), pattern="plain"), rod_diameter=12.0)
+    diameters = np.full(len(weave), 1.6 * 12.0)
+    every = find_clashes(weave.axes, diameters)
+    some = find_clashes(weave.axes, diameters, among=every.strands[::3])
+    assert some.strands.tolist() == every.strands[::3].tolist()
+    np.testing.assert_array_equal(some.distance, every.distance[::3])

@@ -37,8 +37,8 @@ _ROW = 40.0
 _TICK, _SHORT_TICK = 8.0, 3.0
 """Length of a mark on the side that it points to, and on the other, in millimetres."""
 
-_LIBRARIES = {DXF: "ezdxf", PDF: "reportlab"}
-"""What templates are drawn with; .svg needs none."""
+_LIBRARIES = {PDF: "reportlab"}
+"""What templates are drawn with; .dxf and .svg need none."""
 
 
 class CutResults(NamedTuple):
@@ -129,8 +129,8 @@ def draw_cut_list(
 
 
 def available_templates() -> tuple[str, ...]:
-    """The kinds of templates whose libraries are installed: .svg always is."""
-    return (SVG, *(kind for kind, library in _LIBRARIES.items() if find_spec(library) is not None))
+    """The kinds of templates whose libraries are installed: .dxf and .svg need none."""
+    return (DXF, SVG, *(kind for kind, library in _LIBRARIES.items() if find_spec(library) is not None))
 
 
 def _warn_of_libraries(run: Run, workshop: Workshop) -> None:

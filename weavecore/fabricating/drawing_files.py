@@ -1,16 +1,19 @@
 """Drawings as DXF, SVG and PDF, all in millimetres and free of dates.
 
 DXF has x right and y up as the drawings do; SVG has y down, so y is replaced by height - y; PDF has points, so
-pages are scaled by 72 / 25.4.  ezdxf and reportlab make the frame of a file: header, tables and fonts.  The entities
-are written as text, one after the other, because hundreds of thousands of objects take these libraries minutes.
+pages are scaled by 72 / 25.4.  ``frame.dxf``, which ezdxf has made (``docs/generate/dxf_frame.py``), and reportlab are
+the frame of a file: header, tables and fonts.  The entities are written as text, one after the other, because hundreds
+of thousands of objects take these libraries minutes.
 """
 
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from importlib import import_module
+from functools import lru_cache
+from importlib import import_module, resources
 from typing import Any, Callable
 from xml.sax.saxutils import escape
 
@@ -18,11 +21,11 @@ from weavecore.errors import Unsupported
 from weavecore.fabricating.drawing import LEFT, MIDDLE, RIGHT, Drawing, DrawnLine, DrawnPath, DrawnText
 from weavecore.polling import each
 
-_MILLIMETRES = 4
-"""$INSUNITS of DXF."""
+_N_OWN_LAYERS = 2
+"""Layers of the frame."""
 
-_METRIC = 1
-"""$MEASUREMENT of DXF: line types and hatches in metric units."""
+_MODEL_SPACE = "17"
+"""Handle of the model space of the frame."""
 
 _BLACK_OR_WHITE = 7
 """The colour index that is black on a white background and white on a black one."""
@@ -42,9 +45,6 @@ _DASHES = (1.5, 1.0)
 
 _POINTS_PER_MM = 72 / 25.4
 
-_ENTITIES = "  0\nSECTION\n  2\nENTITIES\n"
-"""Begin of the section of a DXF that the entities are inserted into."""
-
 
 def encode_dxf(drawing: Drawing, statement: str) -> bytes:
     """Write a drawing as DXF R2010, 1:1 in millimetres in the model space.
@@ -58,38 +58,48 @@ def encode_dxf(drawing: Drawing, statement: str) -> bytes:
     Returns
     -------
     bytes
-
-    Raises
-    ------
-    Unsupported
-        Where ezdxf is not installed.
     """
-    ezdxf = import_optional("ezdxf", "DXF")
-    with _without_dates(ezdxf):
-        document = ezdxf.new("R2010", setup=["linetypes"])
-        document.header["$INSUNITS"] = _MILLIMETRES
-        document.header["$MEASUREMENT"] = _METRIC
-        document.header.custom_vars.append("weavecore", statement)
-        document.styles.add("SANS", font="arial.ttf")
-        for layer, colour in drawing.layers.items():
-            entry = document.layers.add(layer, color=_BLACK_OR_WHITE)
-            if any(colour):
-                entry.rgb = colour
-        handles = document.entitydb.handles
-        first = int(handles.next(), 16)
-        entities = "".join(_dxf_entities(drawing, first, document.modelspace().layout_key))
-        count = len(drawing.lines) + len(drawing.paths) + len(drawing.texts)
-        handles.reset(f"{first + count:X}")
-        _sort_classes(document)
-        stream = io.StringIO()
-        document.write(stream)
-    before, after = stream.getvalue().split(_ENTITIES, 1)
-    return f"{before}{_ENTITIES}{entities}{after}".encode(document.output_encoding, "dxfreplace")
+    first = int(_dxf_frame()[0], 16)
+    layers = "".join(_dxf_layers(drawing, first))
+    first += len(drawing.layers)
+    entities = "".join(_dxf_entities(drawing, first))
+    count = len(drawing.lines) + len(drawing.paths) + len(drawing.texts)
+    filled = {
+        "{HANDLE}": f"{first + count:X}",
+        "{STATEMENT}": statement,
+        "{N_LAYERS}": str(_N_OWN_LAYERS + len(drawing.layers)),
+        "{LAYERS}": layers,
+        "{ENTITIES}": entities,
+    }
+    parts = (filled.get(part, part).encode("utf-8", "backslashreplace") for part in _dxf_frame()[1:])
+    return b"".join(parts)
 
 
-def _dxf_entities(drawing: Drawing, handle: int, owner: str) -> Iterator[str]:
+@lru_cache(maxsize=1)
+def _dxf_frame() -> tuple[str, ...]:
+    """The first handle that is free, and the frame of a DXF, with its places to be filled as parts of their own."""
+    text = resources.files("weavecore.fabricating").joinpath("frame.dxf").read_text("utf-8")
+    handles = re.findall(r"\n *5\n([0-9A-F]+)\n", text)
+    free = max(int(handle, 16) for handle in handles) + 1
+    return (f"{free:X}", *re.split(r"(\{[A-Z_]+\}(?=\n|  0\n))", text))
+
+
+def _dxf_layers(drawing: Drawing, handle: int) -> Iterator[str]:
+    """The layers of a drawing as entries of the frame's table of layers, handles counting up."""
+    for layer, colour in drawing.layers.items():
+        red, green, blue = colour
+        true_colour = f"420\n{red << 16 | green << 8 | blue}\n" if any(colour) else ""
+        yield (
+            f"0\nLAYER\n5\n{handle:X}\n330\n1\n100\nAcDbSymbolTableRecord\n100\nAcDbLayerTableRecord\n"
+            f"2\n{layer}\n70\n0\n62\n{_BLACK_OR_WHITE}\n{true_colour}6\nContinuous\n370\n-3\n390\n13\n347\n21\n"
+        )
+        handle += 1
+
+
+def _dxf_entities(drawing: Drawing, handle: int) -> Iterator[str]:
     """The group codes of every entity, handles counting up."""
     left, low = drawing.origin
+    owner = _MODEL_SPACE
     for one in each(drawing.lines):
         style = "6\nDASHED\n" if one.is_dashed else ""
         yield (
@@ -117,28 +127,10 @@ def _dxf_entities(drawing: Drawing, handle: int, owner: str) -> Iterator[str]:
         handle += 1
 
 
+@lru_cache(maxsize=64)
 def _weight(width: float) -> int:
     """The nearest line weight of DXF, in hundredths of a millimetre."""
     return min(_LINE_WEIGHTS, key=lambda weight: abs(weight - width * 100))
-
-
-def _sort_classes(document: Any) -> None:
-    """Sort the CLASSES section: ezdxf fills it from a set, whose order changes with the hash seed of the process."""
-    classes = document.classes
-    classes.add_required_classes(document.dxfversion)
-    classes.classes = dict(sorted(classes.classes.items()))
-
-
-@contextmanager
-def _without_dates(ezdxf: object) -> Iterator[None]:
-    """Leave the date and random ids out of the file, so that the same input gives the same bytes."""
-    options = getattr(ezdxf, "options")  # noqa: B009 - mypy knows the module only where it is installed.
-    before = options.write_fixed_meta_data_for_testing
-    options.write_fixed_meta_data_for_testing = True
-    try:
-        yield
-    finally:
-        options.write_fixed_meta_data_for_testing = before
 
 
 def encode_svg(drawing: Drawing, statement: str) -> bytes:

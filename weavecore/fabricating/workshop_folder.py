@@ -51,7 +51,7 @@ DRAWINGS = (*(f"{name}.{ending}" for name in ("templates", "drawings") for endin
 NAMES = (*(f"{table}.csv" for table in TABLES), *DRAWINGS, "report.txt")
 """All files that are written here."""
 
-_LIBRARIES = {DXF: "ezdxf", PDF: "reportlab"}
+_LIBRARIES = {PDF: "reportlab"}
 _MM_PER_M = 1000.0
 
 

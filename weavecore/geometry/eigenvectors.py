@@ -12,7 +12,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Floats
 
-_SWEEPS = 8
+_SWEEPS = 6
 """Five are enough for the last bit: the method converges quadratically."""
 
 
@@ -29,20 +29,21 @@ def least_eigenvectors(matrices: Floats) -> Floats:
     (n, 3) float64
         Of either sign.
     """
-    rotated, vectors = matrices.copy(), np.tile(np.eye(3), (len(matrices), 1, 1))
+    # Entries in arrays of their own, one value a matrix: several times as fast as short rows.
+    rotated, vectors = np.ascontiguousarray(matrices.transpose(1, 2, 0)), np.zeros((3, 3, len(matrices)))
+    vectors[[0, 1, 2], [0, 1, 2]] = 1.0
     for _ in range(_SWEEPS):
         for p, q in ((0, 1), (0, 2), (1, 2)):
             # The smaller of the two angles that bring the entry beside the diagonal to 0.
-            difference, double = rotated[:, q, q] - rotated[:, p, p], 2.0 * rotated[:, p, q]
+            difference, double = rotated[q, q] - rotated[p, p], 2.0 * rotated[p, q]
             sign = np.where(difference < 0, -1.0, 1.0)
             size = np.abs(difference) + np.sqrt(difference * difference + double * double)
             tangent = sign * double / np.where(size == 0, 1.0, size)
             cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
             sine = tangent * cosine
-            for columns in (rotated, rotated.transpose(0, 2, 1), vectors):
-                one, other = columns[:, :, p].copy(), columns[:, :, q].copy()
-                columns[:, :, p] = cosine[:, None] * one - sine[:, None] * other
-                columns[:, :, q] = sine[:, None] * one + cosine[:, None] * other
-    least = np.argmin(np.diagonal(rotated, axis1=1, axis2=2), axis=1)
-    found: Floats = np.take_along_axis(vectors, least[:, None, None], axis=2)[:, :, 0]
-    return found
+            for columns in (rotated, rotated.transpose(1, 0, 2), vectors):
+                one, other = columns[:, p].copy(), columns[:, q].copy()
+                columns[:, p] = cosine * one - sine * other
+                columns[:, q] = sine * one + cosine * other
+    least = np.argmin(rotated[[0, 1, 2], [0, 1, 2]], axis=0)
+    return np.ascontiguousarray(np.take_along_axis(vectors, least[None, None], axis=1)[:, 0].T)

@@ -200,6 +200,38 @@ def as_b_splines(rows: SplineRows, points: Floats, offsets: Ints, closed: Bools)
     )
 
 
+def b_spline_points(splines: BSplineRows, row: Ints, at: Floats) -> Floats:
+    """Points of B-splines by de Boor's algorithm (de Boor 1978, chapter X).
+
+    Parameters
+    ----------
+    splines : BSplineRows
+    row : (n,) int64
+        The spline of each point.
+    at : (n,) float64
+        Parameters, within the first and the last knot that are not beyond the ends.
+
+    Returns
+    -------
+    (n, 3) float64
+    """
+    first, last = splines.knot_offsets[row] + DEGREE, splines.knot_offsets[row + 1] - DEGREE - 1
+    low, high = first, last - 1  # The knot before which each parameter begins, by bisection.
+    while (low < high).any():
+        middle = (low + high + 1) // 2
+        is_beyond = splines.knots[middle] <= at
+        low, high = np.where(is_beyond, middle, low), np.where(is_beyond, high, np.maximum(middle - 1, low))
+    knot = low - DEGREE
+    control = splines.control_offsets[row] + low - first
+    points: list[Floats] = [splines.controls[control + k] for k in range(DEGREE + 1)]
+    for level in range(1, DEGREE + 1):
+        for k in range(DEGREE, level - 1, -1):
+            start, stop = splines.knots[knot + k], splines.knots[knot + k + DEGREE + 1 - level]
+            part = ((at - start) / (stop - start))[:, None]
+            points[k] = (1.0 - part) * points[k - 1] + part * points[k]
+    return points[DEGREE]
+
+
 def second_derivatives(points: Floats, rows: SplineRows, offsets: Ints, closed: Bools) -> Floats:
     """Second derivatives (N, 3) at the points of fitted splines, which are the same from both sides."""
     start, stop, reach = span_ends(rows.parameters, offsets, closed, rows.ends)

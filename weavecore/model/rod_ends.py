@@ -16,7 +16,7 @@ nodes of short rods, O(K) for a bounded number of edges at a node.
 
 from __future__ import annotations
 
-from collections import defaultdict
+from functools import cache
 
 import numpy as np
 
@@ -67,7 +67,7 @@ class _Chains:
 
     def short_ends(self) -> list[int]:
         """The darts with which rods of fewer joints end, each rod twice."""
-        ends = [dart for dart, onward in enumerate(self.partner) if onward == ALONE]
+        ends = np.flatnonzero(np.array(self.partner) == ALONE).tolist()
         return [dart for dart in ends if self.reach(dart) + 1 < FEWEST_JOINTS]
 
     def darts_from(self, dart: int) -> list[int]:
@@ -114,13 +114,19 @@ def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn:
     (D,) int64
         Partners as of ``partner``.
     """
-    pairs: defaultdict[int, _Pairs] = defaultdict(dict)
-    for a, b, angle, kind_of_pair in zip(one.tolist(), other.tolist(), turn.tolist(), kind.tolist()):
-        pairs[int(tail[a])][a, b] = (kind_of_pair, angle)
+    order = np.argsort(tail[one], kind="stable")
+    at = tail[one][order]
+
+    @cache
+    def pairs_at(node: int) -> _Pairs:
+        here = order[np.searchsorted(at, node) : np.searchsorted(at, node, side="right")]
+        pairs = zip(one[here].tolist(), other[here].tolist())
+        return dict(zip(pairs, zip(kind[here].tolist(), turn[here].tolist())))
+
     chains = _Chains(partner)
     for _ in range(_MOST_ROUNDS):
         nodes = {int(tail[dart]) for end in chains.short_ends() for dart in chains.darts_from(end)}
-        changed = [_pair_best(chains, pairs[node]) for node in sorted(nodes)]
+        changed = [_pair_best(chains, pairs_at(node)) for node in sorted(nodes)]
         if not any(changed):
             break
     return np.array(chains.partner, np.int64)

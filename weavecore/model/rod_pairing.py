@@ -17,11 +17,12 @@ Complexity O(E log E).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Ints, unit_vectors
+from weavecore.geometry.arrays import Bools, Floats, Ints, unit_vectors
 from weavecore.geometry.matching import match_greedily, pairs_of_equals
 from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, Lattice
@@ -32,19 +33,40 @@ MOST_TURN = np.radians(44.0)
 over and under add up to a degree, and 45° is the most that the axis should turn."""
 
 
-def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None) -> Ints:
-    """Find the dart on which a rod that arrives along another goes on.
+@dataclass(frozen=True, eq=False)
+class DartPairs:
+    """The pairs of darts of one node that rods may follow, before any are broken.
+
+    Parameters
+    ----------
+    one, other : (k,) int64
+    bend : (k,) float64
+        Angle by which a rod turns there.
+    cost : (k,) float64
+        The least is paired first.
+    is_alike : (k,) bool
+        Whether both run along rings, or neither.
+    kind : (k,) int64
+        `USUAL`, `LAST_RESORT` or `RING` of `rod_ends`.
+    is_choice : (k,) bool
+        Whether a short rod may be lengthened by the pair.
+    """
+
+    one: Ints
+    other: Ints
+    bend: Floats
+    cost: Floats
+    is_alike: Bools
+    kind: Ints
+    is_choice: Bools
+
+
+def find_dart_pairs(lattice: Lattice) -> DartPairs:
+    """Find the pairs of darts that rods may follow.
 
     Parameters
     ----------
     lattice : Lattice
-    cuts : (k, 2) int64, optional
-        Pairs of darts of one node that no rod may follow.
-
-    Returns
-    -------
-    (2E,) int64
-        For each dart the other dart at the same node that belongs to the same rod, -1 where the rod ends.
     """
     tail = lattice.edges.ravel()
     away = lattice.nodes[lattice.edges[:, ::-1].ravel()] - lattice.nodes[tail]
@@ -57,22 +79,42 @@ def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None) -> Ints:
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.
     allowed = (bend <= MOST_TURN) & (is_straight | ~on_border[tail[one]])
-    if cuts is not None:
-        n = len(tail)
-        allowed &= ~np.isin(
-            np.minimum(one, other) * n + np.maximum(one, other), cuts.min(axis=1) * n + cuts.max(axis=1)
-        )
-    # A longitude may go on through a pocket, where nothing of its own kind goes on.
-    alike = allowed & (is_ring[one] == is_ring[other])
+    one, other, bend, is_straight = one[allowed], other[allowed], bend[allowed], is_straight[allowed]
     # Straight pairs come first, then pairs of one family, then the least bend.
     cost = bend - 2.0 * np.pi * is_straight + np.pi * (family[one] != family[other])
-    partner = match_greedily(one[alike], other[alike], cost[alike], len(tail))
     # Pairs at crossings stay, and along borders; edges that may go on to several others are exchanged.
     is_free = np.where(is_ring, ~on_border[tail], straight == NONE)
-    is_choice = allowed & is_free[one] & is_free[other]
-    one, other, bend = one[is_choice], other[is_choice], bend[is_choice]
     kind = np.array([USUAL, LAST_RESORT, RING])[is_ring[one].astype(np.int64) + is_ring[other]]
-    return lengthen_short_rods(partner, tail, one, other, bend, kind)
+    # A longitude may go on through a pocket, where nothing of its own kind goes on.
+    return DartPairs(one, other, bend, cost, is_ring[one] == is_ring[other], kind, is_free[one] & is_free[other])
+
+
+def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None, pairs: Optional[DartPairs] = None) -> Ints:
+    """Find the dart on which a rod that arrives along another goes on.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    cuts : (k, 2) int64, optional
+        Pairs of darts of one node that no rod may follow.
+    pairs : DartPairs, optional
+        From `find_dart_pairs`, where they are known.
+
+    Returns
+    -------
+    (2E,) int64
+        For each dart the other dart at the same node that belongs to the same rod, -1 where the rod ends.
+    """
+    if pairs is None:
+        pairs = find_dart_pairs(lattice)
+    one, other, n = pairs.one, pairs.other, 2 * lattice.n_edges
+    allowed = np.ones(len(one), bool)
+    if cuts is not None:
+        allowed = ~np.isin(np.minimum(one, other) * n + np.maximum(one, other), cuts.min(axis=1) * n + cuts.max(axis=1))
+    alike, choice = allowed & pairs.is_alike, allowed & pairs.is_choice
+    partner = match_greedily(one[alike], other[alike], pairs.cost[alike], n)
+    tail = lattice.edges.ravel()
+    return lengthen_short_rods(partner, tail, one[choice], other[choice], pairs.bend[choice], pairs.kind[choice])
 
 
 def _darts_straight_on(lattice: Lattice) -> tuple[Ints, Bools]:

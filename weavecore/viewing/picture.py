@@ -2,14 +2,15 @@
 
     scene → camera → triangles, then rods into a z-buffer (2 × 2 samples a pixel) → colours · light · shade → PNG
 
-A colour is tint · light, darkened beside nearer things (`weavecore.viewing.shading`).
+A colour is tint · light, darkened beside nearer things (`weavecore.viewing.shading`).  While samples are drawn a colour
+is one number, red, green and blue in ten bits each, so that the sum over the samples of a pixel is one sum too.
 """
 
 from __future__ import annotations
 
 import struct
 import zlib
-from functools import partial, reduce
+from functools import reduce
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -60,8 +61,12 @@ _PNG_COMPRESSION = 3
 _LEAST_PIXELS, _MOST_PIXELS = 0.6, 4.5
 """Least and greatest radius of a rod in a picture 1600 pixels wide: visible, with room between rods."""
 
+_SHIFTS = (0, 10, 20)
+"""Bits below red, green and blue in a packed colour: the sum of four needs ten."""
+
 Nearness = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
+Packed = NDArray[np.uint32]
 
 
 _ROWS_AT_ONCE = 100
@@ -119,33 +124,40 @@ def draw_pixels(
     direction = choose_view(scene.vertices, scene.triangles, scene.borders) if view is None else _checked_view(view)
     samples = (width * _SAMPLES, height * _SAMPLES)
     camera = look_at(scene.vertices, direction, samples, margin=_MARGIN)
-    colours = np.repeat(_as_bytes(background(samples[1])), samples[0], axis=0)
-    surface = _draw_surface(scene, camera, samples, colours)
+    colours = np.repeat(_packed(background(samples[1])), samples[0])
+    buffer = DepthBuffer(samples)
+    _draw_surface(scene, camera, buffer, colours)
     radius = _visible_radius(scene, camera, samples[0])
     rods = see_rods(camera, scene.starts, scene.ends, radius)
-    nearness = _draw_rods(scene, camera, rods, colours, surface)
-    shade = _shade(nearness, samples, scene.size, float(np.median(radius)) if len(radius) else scene.size)
-    total = _by_pixel(colours, samples, partial(np.add, dtype=np.uint16))
-    return _as_bytes(total * (shade / _SAMPLES**2)[..., None])
+    _draw_rods(scene, camera, rods, buffer, colours)
+    shade = _shade(buffer.nearness, samples, scene.size, float(np.median(radius)) if len(radius) else scene.size)
+    total = _by_pixel(colours, samples, np.add)
+    shade /= _SAMPLES**2
+    pixels = np.empty((height, width, 3), np.uint8)
+    for channel, shift in enumerate(_SHIFTS):
+        pixels[..., channel] = _as_bytes((total >> shift & 0x3FF).astype(np.float32) * shade)
+    return pixels
 
 
-def _draw_surface(scene: Scene, camera: Camera, samples: tuple[int, int], colours: Bytes) -> DepthBuffer:
-    """Colour the samples in which the surface is visible; return its z-buffer."""
+def _draw_surface(scene: Scene, camera: Camera, buffer: DepthBuffer, colours: Packed) -> None:
+    """Colour the samples in which the surface is visible."""
     if not scene.has_surface:
-        return DepthBuffer(samples)
+        return
     place, nearness = camera.project(scene.vertices)
     nearness = nearness / (1.0 + scene.set_back * nearness)
     corners = place[scene.triangles]
-    buffer = DepthBuffer(samples)
     draw_triangles(buffer, corners, nearness[scene.triangles])
     light, shows_outside = light_on_triangles(scene.vertices, scene.triangles, camera)
-    a, b, c = planes_over(corners, light * 255)
+    plane = np.stack(planes_over(corners, light * 255), axis=1).astype(np.float32)
+    ramps = _packed(np.concatenate([ramp(OUTSIDE), ramp(INSIDE), ramp(MARKED)]))
     tone = np.where(scene.is_marked, 2, np.where(shows_outside, 0, 1)) * 256
-    ramps = _as_bytes(np.concatenate([ramp(OUTSIDE), ramp(INSIDE), ramp(MARKED)]))
     for at, triangle, column, row in buffer.seen():
-        bright = a[triangle] * (column + 0.5) + b[triangle] * (row + 0.5) + c[triangle]
-        colours[at] = ramps[tone[triangle] + np.clip(bright, 0, 255).astype(np.int64)]
-    return buffer
+        of = plane[triangle]
+        bright = of[:, 0] * column
+        bright += of[:, 1] * row
+        bright += of[:, 2]
+        np.clip(bright, 0, 255, out=bright)
+        colours[at] = ramps[tone[triangle] + bright.astype(np.int64)]
 
 
 def _visible_radius(scene: Scene, camera: Camera, width: int) -> Floats:
@@ -155,16 +167,15 @@ def _visible_radius(scene: Scene, camera: Camera, width: int) -> Floats:
     return np.clip(scene.radius, _LEAST_PIXELS * pixel, _MOST_PIXELS * pixel)
 
 
-def _draw_rods(scene: Scene, camera: Camera, rods: SeenRods, colours: Bytes, before: DepthBuffer) -> Nearness:
-    """Colour the samples in which a rod is visible in front of the surface; return the nearness of both."""
-    buffer = DepthBuffer((before.width, before.height), before=before.nearness)
+def _draw_rods(scene: Scene, camera: Camera, rods: SeenRods, buffer: DepthBuffer, colours: Packed) -> None:
+    """Colour the samples in which a rod is visible in front of the surface."""
+    buffer.forget_shapes()
     draw_rods(buffer, rods)
     tint = scene.colours.astype(np.float32)
     for at, rod, column, row in buffer.seen():
         _, off = rods.across(rod, column, row)
         light, gloss = light_on_rods(rods.axis[rod], off, camera)
-        colours[at] = _as_bytes(np.minimum(tint[rod] * light[:, None] + gloss[:, None], 255))
-    return buffer.nearness
+        colours[at] = _packed(np.minimum(tint[rod] * light[:, None] + gloss[:, None], 255))
 
 
 def _shade(nearness: Nearness, samples: tuple[int, int], size: float, radius: float) -> Numbers:
@@ -183,10 +194,17 @@ def _as_bytes(values: NDArray[Any]) -> Bytes:
     return rounded
 
 
+def _packed(values: NDArray[Any]) -> Packed:
+    """Rounded colours (n, 3) from 0 to 255, each as one number."""
+    rounded = np.rint(values).astype(np.uint32)
+    packed: Packed = rounded[:, 0] << _SHIFTS[0] | rounded[:, 1] << _SHIFTS[1] | rounded[:, 2] << _SHIFTS[2]
+    return packed
+
+
 def _by_pixel(values: NDArray[Any], samples: tuple[int, int], join: Callable[..., Any]) -> NDArray[Any]:
-    """Combine the values of each pixel's samples: (height, width) or, of colours, (height, width, 3)."""
+    """Combine the values of each pixel's samples, (height, width)."""
     width, height = samples
-    image = values.reshape(height, width, *values.shape[1:])
+    image = values.reshape(height, width)
     rows = reduce(join, [image[k::_SAMPLES] for k in range(_SAMPLES)])
     joined: NDArray[Any] = reduce(join, [rows[:, k::_SAMPLES] for k in range(_SAMPLES)])
     return joined

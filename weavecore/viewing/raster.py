@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +50,6 @@ class DepthBuffer:
     ----------
     size : (int, int)
         Width and height in samples.
-    before : (height * width,) float32, optional
-        Nearness of what is drawn already: only nearer shapes are visible.
 
     Attributes
     ----------
@@ -60,11 +59,15 @@ class DepthBuffer:
         The visible shape, or `NOTHING`.
     """
 
-    def __init__(self, size: tuple[int, int], before: Nearness | None = None) -> None:
+    def __init__(self, size: tuple[int, int]) -> None:
         self.width, self.height = size
         n = self.width * self.height
-        self.nearness: Nearness = np.zeros(n, np.float32) if before is None else before.copy()
+        self.nearness: Nearness = np.zeros(n, np.float32)
         self.shape: NDArray[np.int32] = np.full(n, NOTHING, np.int32)
+
+    def forget_shapes(self) -> None:
+        """Keep the nearness alone: of what is drawn from now on only what is nearer is visible."""
+        self.shape.fill(NOTHING)
 
     def put(self, shape: Ints, column: Ints, row: Ints, nearness: Floats) -> None:
         """Keep the nearest shape of each sample; all arrays (n,)."""
@@ -74,12 +77,18 @@ class DepthBuffer:
         wins = near >= self.nearness[at]
         self.shape[at[wins]] = shape[wins]
 
-    def seen(self) -> Iterator[tuple[Ints, Ints, Ints, Ints]]:
-        """Sample, shape, column and row wherever a shape is visible, in chunks."""
-        for start in each(range(0, len(self.shape), _CHUNK)):
-            at = np.flatnonzero(self.shape[start : start + _CHUNK] != NOTHING) + start
-            row, column = np.divmod(at, self.width)
-            yield at, self.shape[at].astype(np.int64), column, row
+    def seen(self) -> Iterator[tuple[Ints, Ints, Floats32, Floats32]]:
+        """Sample, shape, and the place to the right and down wherever a shape is visible, in chunks."""
+        rows_at_once = max(_CHUNK // self.width, 1)
+        for first in each(range(0, self.height, rows_at_once)):
+            start, stop = first * self.width, min(first + rows_at_once, self.height) * self.width
+            at = np.flatnonzero(self.shape[start:stop] != NOTHING)
+            row = at // self.width
+            x, y = (at - row * self.width).astype(np.float32), row.astype(np.float32)
+            x += 0.5
+            y += first + 0.5
+            at += start
+            yield at, self.shape[at].astype(np.int64), x, y
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,11 +115,17 @@ class SeenRods:
     nearness: Floats
     model_radius: Floats
 
-    def across(self, rod: Ints, column: Ints, row: Ints) -> tuple[Floats32, Floats32]:
+    def across(self, rod: Ints, x: Floats32, y: Floats32) -> tuple[Floats32, Floats32]:
         """How far samples lie from the start along the axis, and from the axis to its left, both in radii."""
-        a, b = ((self.axis[:, k] / self.radius).astype(np.float32)[rod] for k in (0, 1))
-        x, y = ((at + 0.5 - self.start[rod, k]).astype(np.float32) for k, at in ((0, column), (1, row)))
+        of = self._frames[rod]
+        x, y = x - of[:, 0], y - of[:, 1]
+        a, b = of[:, 2], of[:, 3]
         return a * x + b * y, a * y - b * x
+
+    @cached_property
+    def _frames(self) -> Floats32:
+        """(n, 4) start and direction over radius: one look-up for all that `across` needs."""
+        return np.hstack([self.start, self.axis / self.radius[:, None]]).astype(np.float32)
 
 
 def draw_triangles(buffer: DepthBuffer, place: Floats, nearness: Floats) -> None:
@@ -124,9 +139,14 @@ def draw_triangles(buffer: DepthBuffer, place: Floats, nearness: Floats) -> None
     nearness : (T, 3) float64
         Of the corners.
     """
-    a, b, c = planes_over(place, nearness)
+    # In float64: the planes of triangles seen edge-on are steep.
+    plane = np.stack(planes_over(place, nearness), axis=1)
     for triangle, column, row in each(_triangle_spans(place, buffer).samples()):
-        buffer.put(triangle, column, row, a[triangle] * (column + 0.5) + b[triangle] * (row + 0.5) + c[triangle])
+        of = plane[triangle]
+        near = of[:, 0] * (column + 0.5)
+        near += of[:, 1] * (row + 0.5)
+        near += of[:, 2]
+        buffer.put(triangle, column, row, near)
 
 
 def planes_over(place: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
@@ -188,7 +208,7 @@ def draw_rods(buffer: DepthBuffer, rods: SeenRods) -> None:
     first = rods.nearness[:, 0].astype(np.float32)
     reach = (rods.length / rods.radius).astype(np.float32)
     for rod, column, row in _rod_samples(rods, buffer):
-        along, off = rods.across(rod, column, row)
+        along, off = rods.across(rod, (column + 0.5).astype(np.float32), (row + 0.5).astype(np.float32))
         end = reach[rod]
         beyond = along - np.clip(along, 0, end)
         squared = beyond * beyond + off * off
@@ -225,11 +245,9 @@ class _Spans:
             part = slice(start, end)
             count = self.count[part]
             shift = self.first[part] - (total[start:end] - total[start])
-            yield (
-                np.repeat(self.shape[part], count),
-                np.repeat(shift, count) + np.arange(count.sum()),
-                np.repeat(self.row[part], count),
-            )
+            column = np.repeat(shift, count)
+            column += np.arange(len(column))
+            yield np.repeat(self.shape[part], count), column, np.repeat(self.row[part], count)
             start = end
 
 

@@ -40,6 +40,9 @@ _DEEPEST_SHADE = 0.45
 _BLUR_REACH, _LEAST_COVER = 2.5, 1e-4
 """Reach of a blur in sigmas, and the least weight that a mean is divided by."""
 
+_SIGMA_IN_PIXELS = 1.6
+"""A blur is made on squares of pixels, so that its sigma is about so many of these."""
+
 _AMBIENT, _DIFFUSE, _SKY = 0.30, 0.52, 0.18
 """Parts of the light: from everywhere, from the key light, and from the sky above; they sum to 1."""
 
@@ -171,14 +174,21 @@ def darkening(distance: Numbers, covered: Bools, scales: Iterable[tuple[float, f
     shade = np.zeros_like(distance)
     for sigma, step_of_full_shade in each(scales):
         # A blur needs only a few pixels for each sigma.
-        step = max(int(sigma / 2), 1)
-        weight = _blurred(covered[::step, ::step].astype(np.float32), sigma / step)
-        total = _blurred(np.where(covered, distance, 0)[::step, ::step], sigma / step)
+        step = max(round(sigma / _SIGMA_IN_PIXELS), 1)
+        weight = _blurred(_block_sums(covered.astype(np.float32), step), sigma / step)
+        total = _blurred(_block_sums(np.where(covered, distance, 0), step), sigma / step)
         mean = total / np.maximum(weight, _LEAST_COVER)
         behind = (distance - _enlarged(mean, step, distance.shape)) / step_of_full_shade
         shade += np.clip(behind, 0, 1)
     light: Numbers = np.where(covered, 1 - _DEEPEST_SHADE * np.minimum(shade, 1), 1)
     return light
+
+
+def _block_sums(image: Numbers, step: int) -> Numbers:
+    """Sums over squares of ``step`` by ``step`` pixels, less at the far edges."""
+    for axis in (0, 1):
+        image = np.add.reduceat(image, np.arange(0, image.shape[axis], step), axis)
+    return image
 
 
 def _blurred(image: Numbers, sigma: float) -> Numbers:
@@ -198,10 +208,11 @@ def _blurred(image: Numbers, sigma: float) -> Numbers:
 
 
 def _enlarged(image: Numbers, step: int, shape: tuple[int, ...]) -> Numbers:
-    """The image of every ``step``-th pixel, interpolated linearly to all pixels."""
+    """The image of squares of ``step`` by ``step`` pixels, interpolated linearly between their middles."""
     for axis in (0, 1):
         poll()
-        at = np.minimum(np.arange(shape[axis], dtype=np.float32) / step, image.shape[axis] - 1)
+        middle = (np.arange(shape[axis], dtype=np.float32) - (step - 1) / 2) / step
+        at = np.clip(middle, 0, image.shape[axis] - 1)
         low = np.minimum(at.astype(np.int64), image.shape[axis] - 2)
         part = np.expand_dims(at - low.astype(np.float32), 1 - axis)
         image = np.take(image, low, axis) * (1 - part) + np.take(image, low + 1, axis) * part

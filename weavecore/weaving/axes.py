@@ -4,7 +4,7 @@ A rod that is held at its joints and free between them takes the shape of a cubi
 the rods are shifted along the direction that is normal to all of them, so that the distance of
 their axes is the shift.  The shifts tilt the rods, which brings them nearer again where they cross
 at a sharp angle, or where one ends and its overhang is to pass the other.  So first the normals, and then the shifts,
-are corrected by the splines that they lead to, in a few rounds::
+are corrected by the splines that they lead to, in a few rounds; later rounds only near what has moved::
 
       ____o____    upper rod           n   common normal of the two rods at the joint
           |  n     distance d          d   shift: half of both diameters, and more where the gap would be less
@@ -31,9 +31,14 @@ from weavecore.model.strands import Strands
 from weavecore.polling import each
 from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
+from weavecore.weaving.strands import steps_along
 
 _NORMAL_ROUNDS, _SHIFT_ROUNDS = 3, 5
 """Rounds of the normals, and of the shifts at most: these end once all gaps are within `_ENOUGH`."""
+
+_VISITS_MOVED = 4
+"""A change at a visit is felt along its rod: each visit further by 2 - √3 of the one before (de Boor 1978), so that
+after so many the rest of a shift is below `_ENOUGH`."""
 
 _TOWARDS_SURFACE = 0.02
 """Weight ε of the surface normal beside the tangents: it decides where rods run nearly parallel."""
@@ -134,6 +139,7 @@ def fit_axes(
     centred_on_rings: bool,
     counts_overhangs: Bools,
     start: Optional[tuple[Floats, Floats]] = None,
+    changed: Optional[Bools] = None,
 ) -> Fit:
     """Fit the axes of the rods, which `draw_axes` makes `RodAxes` of.
 
@@ -147,6 +153,8 @@ def fit_axes(
         At which contacts of the joints the overhangs of rods that end there must pass the other rod too.
     start : tuple, optional
         Shift ratios (C,) and normals (N, 3) of a fit of like rods, from which fewer rounds lead to the end.
+    changed : (N,) bool, optional
+        Nodes at which rods differ from those of ``start``; they are of the same diameters.  By default all.
 
     Returns
     -------
@@ -156,30 +164,71 @@ def fit_axes(
     shifts = apart if start is None else start[0] * apart
     normals, rounds = (outward, _NORMAL_ROUNDS) if start is None else (start[1], 1)
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
-    points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, rounds)
+    near = np.ones(lattice.n_nodes, bool) if changed is None else nodes_around(strands, changed, _VISITS_MOVED)
+    points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, near, rounds)
+    gaps = apart.copy()
     for _ in range(_SHIFT_ROUNDS):
-        gaps = gaps_at_joints(points, rows, strands, joints, apart, counts_overhangs)
-        wrong = np.abs(gaps / apart - 1.0) > _ENOUGH
+        measured = np.flatnonzero(nodes_around(strands, near, 1)[joints.node[joints.joint[joints.contacts[:, 0]]]])
+        gaps[measured] = gaps_at_joints(points, rows, strands, joints, apart, counts_overhangs, measured)
+        wrong = np.zeros(len(gaps), bool)
+        wrong[measured] = np.abs(gaps[measured] / apart[measured] - 1.0) > _ENOUGH
         # Shifts that are at their bounds stay there.
         wanted = np.clip(shifts * apart / np.maximum(gaps, apart / 2.0), apart, _MOST_SHIFT * apart)
-        if (wanted == shifts)[wrong].all():
+        moved = wrong & (wanted != shifts)
+        if not moved.any():
             break
-        shifts = np.where(wrong, wanted, shifts)
+        shifts = np.where(moved, wanted, shifts)
         offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
-        points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, 1)
+        near = np.zeros(lattice.n_nodes, bool)
+        near[joints.node[joints.joint[joints.contacts[moved, 0]]]] = True
+        near = nodes_around(strands, near, _VISITS_MOVED)
+        points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, near, 1)
     return Fit(points, rows, offsets, normals, shifts / apart)
 
 
+def nodes_around(strands: Strands, nodes: Bools, visits: int) -> Bools:
+    """The given nodes (N,), and those that a rod through one of them passes up to so many visits before or after it.
+
+    Parameters
+    ----------
+    strands : Strands
+    nodes : (N,) bool
+    visits : int
+    """
+    before, after = steps_along(strands)
+    felt = nodes[strands.nodes]
+    for _ in range(visits):
+        spread = felt.copy()
+        spread[after] |= felt[before]
+        spread[before] |= felt[after]
+        felt = spread
+    found = nodes.copy()
+    found[strands.nodes[felt]] = True
+    return found
+
+
 def _fit_normals(
-    lattice: Lattice, strands: Strands, offsets: Floats, normals: Floats, outward: Floats, rounds: int
+    lattice: Lattice,
+    strands: Strands,
+    offsets: Floats,
+    normals: Floats,
+    outward: Floats,
+    near: Bools,
+    rounds: int,
 ) -> tuple[Floats, SplineRows, Floats]:
-    """Points (M, 3) of the visits, the splines through them, and the normals (N, 3) after some rounds from others."""
+    """Points (M, 3) of the visits, the splines through them, and the normals (N, 3) after some rounds from others.
+
+    Normals change at the nodes (N,) that are ``near``.
+    """
     nodes = strands.nodes
+    visits, renewed = np.flatnonzero(near[nodes]), np.flatnonzero(near)
+    index = np.cumsum(near) - 1
     for last in each(range(rounds, -1, -1)):
         points = lattice.nodes[nodes] + offsets[:, None] * normals[nodes]
         rows = fit_splines(points, strands.offsets, strands.closed)
         if last:
-            normals = _common_normals(rows.derivatives, nodes, outward)
+            normals = normals.copy()
+            normals[renewed] = _common_normals(rows.derivatives[visits], index[nodes[visits]], outward[renewed])
     return points, rows, normals
 
 

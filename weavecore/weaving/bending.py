@@ -22,7 +22,7 @@ import csv
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
-from typing import Union
+from typing import Optional, Union
 
 import numpy as np
 
@@ -46,8 +46,9 @@ _LEAST_FACTOR, _MOST_FACTOR = 1e-3, 1e3
 _WORTH_A_COPY = 0.8
 """Share of the samples still looked at below which they are copied together."""
 
-_BISECTIONS = 30
-"""Halvings of the logarithm of the factor: 1e-8 of it at the end, from a range of 1e6 to 1."""
+_BISECTIONS, _NEWTON_STEPS = 10, 3
+"""Halvings of the logarithm of the factor, which leave 1.4 % from a range of 1e6 to 1, and the steps that follow: each
+squares what is left, to a part of 1e-12 at the end."""
 
 _STRAIGHT = 1e-9
 """An axis whose curvature times its length is below this is straight."""
@@ -127,6 +128,7 @@ def find_sharpest(
     *,
     diameters: Floats,
     material: Material,
+    known: Optional[Floats] = None,
 ) -> Sharpest:
     """Find where rods are bent most sharply, from their splines alone.
 
@@ -143,6 +145,8 @@ def find_sharpest(
     diameters : (S,) float64
         Of the rods, in the model's unit.
     material : Material
+    known : (M,) float64, optional
+        ``largest`` of `Sharpest` where it is known, else NaN.
 
     Returns
     -------
@@ -155,13 +159,17 @@ def find_sharpest(
     slopes = fit_derivatives(both, offsets, closed, chord)
     rod = rows_of(offsets)[start]
     least_radius = material.least_bend * diameters
+    if known is None:
+        known = np.full(len(points), np.nan)
+    is_wanted = np.isnan(known[start]) | np.isnan(known[stop])
     curvature = np.empty((len(start), _SAMPLES_PER_SPAN))
     factor = np.full((len(start), 2), np.inf)
     for begin in each(range(0, len(start), _SPANS_AT_ONCE)):
         part = slice(begin, begin + _SPANS_AT_ONCE)
         spans = _Spans.of(both, slopes, start[part], stop[part], width[part])
         curvature[part] = spans.curvature()
-        factor[part] = _largest_factors(spans, least_radius[rod[part]])
+        wanted = np.flatnonzero(is_wanted[part])
+        factor[begin + wanted] = _largest_factors(spans.some(wanted), least_radius[rod[begin + wanted]])
     length = np.bincount(rod, width, len(diameters))
     curvature[curvature * length[rod][:, None] < _STRAIGHT] = 0.0
     worst = _first_greatest(curvature.ravel(), np.repeat(rod, _SAMPLES_PER_SPAN), len(diameters))
@@ -178,7 +186,7 @@ def find_sharpest(
         sample / _SAMPLES_PER_SPAN,
         radius,
         least_radius / radius,
-        largest * np.repeat(diameters, np.diff(offsets)),
+        np.where(np.isnan(known), largest * np.repeat(diameters, np.diff(offsets)), known),
     )
 
 
@@ -212,6 +220,10 @@ class _Spans:
             _cross(one[3:], two[3:]),
         ]
         return _Spans(_square([one[:3], one[3:]]), _square(turn))
+
+    def some(self, spans: Ints) -> _Spans:
+        """Some of the spans."""
+        return _Spans([one[spans] for one in self.speed], [one[spans] for one in self.bend])
 
     def curvature(self) -> Floats:
         """Of the rods as they are; 0 where a curve stands still."""
@@ -254,7 +266,11 @@ def _largest_factors(spans: _Spans, least_radius: Floats) -> Floats:
         kept = is_sharp | ~bad[half]
         if kept.sum() < _WORTH_A_COPY * len(kept):
             half, table = half[kept], table[:, kept]
-    return np.where(is_unbounded, np.inf, low).reshape(n, 2)
+    is_sharp = _fail(table, high[half])
+    half, table = half[is_sharp], table[:, is_sharp]
+    factor = high.copy()
+    np.minimum.at(factor, half, _roots_below(table, low[half], high[half]))
+    return np.where(is_unbounded, np.inf, factor).reshape(n, 2)
 
 
 def _fail(table: Floats, factor: Union[float, Floats]) -> Bools:
@@ -264,6 +280,21 @@ def _fail(table: Floats, factor: Union[float, Floats]) -> Bools:
     """
     too_sharp: Bools = table[0] * factor**2 * _polynomial(table[1:6], factor) > _polynomial(table[6:], factor) ** 3
     return too_sharp
+
+
+def _roots_below(table: Floats, low: Floats, high: Floats) -> Floats:
+    """The factor (n,) between two near ones from which on a sample is too sharp, by Newton's method."""
+    degrees = np.arange(1, 5)[:, None]
+    bend_slopes, speed_slopes = table[2:6] * degrees, table[7:] * degrees[:2]
+    factor = high
+    for _ in range(_NEWTON_STEPS):
+        bend, speed = _polynomial(table[1:6], factor), _polynomial(table[6:], factor)
+        value = table[0] * factor**2 * bend - speed**3
+        slope = table[0] * factor * (2.0 * bend + factor * _polynomial(bend_slopes, factor))
+        slope -= 3.0 * speed**2 * _polynomial(speed_slopes, factor)
+        step = np.divide(value, slope, out=np.zeros_like(value), where=slope > 0)
+        factor = np.clip(factor - step, low, high)
+    return factor
 
 
 def _cross(a: Floats, b: Floats) -> Floats:

@@ -9,6 +9,7 @@ h² max|r''| / 8 of its chord, so pairs whose chords are further apart are left 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -38,14 +39,17 @@ _REACH = 5.0
 _PIECES = 6
 """Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
 
+_ROUNDING = 1e-9
+"""Part by which the bound of a first look is larger, so that rounding leaves no pair out."""
+
 _PAIRS_AT_ONCE = 32_768
 """Pairs of runs that are compared between two polls."""
 
-_CONTACTS_AT_ONCE = 4096
+_CONTACTS_AT_ONCE = 1024
 """Contacts whose gaps are measured between two polls; their arrays fit into a processor's cache."""
 
 
-def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
+def find_clashes(axes: RodAxes, diameters: Floats, among: Optional[Ints] = None) -> Clashes:
     """Find the rods that cut into each other, at joints or between them.
 
     Parameters
@@ -53,6 +57,8 @@ def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
     axes : RodAxes
     diameters : (S,) float64
         Of the rods, in the model's unit.
+    among : (k, 2) int64, optional
+        Only these pairs of rods are looked at, the lesser of each first.
 
     Returns
     -------
@@ -60,12 +66,15 @@ def find_clashes(axes: RodAxes, diameters: Floats) -> Clashes:
         Each pair of rods once, at the place where they are nearest; the nearest pair first.
     """
     cubics = _Cubics(axes, diameters)
-    runs = cubics.runs(np.arange(len(cubics.start)), np.zeros(len(cubics.start), np.int64), cubics.n_pieces, _SIZES[0])
-    middle = (runs.a + runs.b) / 2.0
-    length = np.linalg.norm(runs.b - runs.a, axis=1)
-    reach = diameters.max(initial=0.0) + (length + 2.0 * runs.deviation).max(initial=0.0)
-    pairs = cKDTree(middle).query_pairs(reach, output_type="ndarray").astype(np.int64)
-    pairs = np.concatenate([pairs, np.repeat(np.arange(len(middle)), 2).reshape(-1, 2)])
+    looked_at = np.ones(len(axes), bool) if among is None else np.isin(np.arange(len(axes)), among)
+    cubic = np.flatnonzero(looked_at[cubics.strand])
+    runs = cubics.runs(cubic, np.zeros(len(cubic), np.int64), cubics.n_pieces[cubic], _SIZES[0])
+    reach = diameters.max(initial=0.0) + 2.0 * (runs.half + runs.deviation).max(initial=0.0)
+    pairs = cKDTree(runs.middle).query_pairs(reach, output_type="ndarray").astype(np.int64)
+    pairs = np.concatenate([pairs, np.repeat(np.arange(len(runs.half)), 2).reshape(-1, 2)])
+    if among is not None:
+        owners = np.sort(cubics.strand[runs.cubic[pairs]], axis=1)
+        pairs = pairs[np.isin(owners @ (len(axes), 1), among @ (len(axes), 1))]
     pairs = _near_pairs(cubics, runs, pairs)
     for size in each(_SIZES[1:]):
         runs, pairs = _split(cubics, runs, pairs, size)
@@ -90,6 +99,10 @@ class _Runs:
         The cubic, its piece at which the run begins, and the one before which it ends.
     a, b : (n, 3) float64
         Ends.
+    middle : (n, 3) float64
+        Of the straight line between the ends.
+    half : (n,) float64
+        Half of its length.
     deviation : (n,) float64
         The pieces are no further than this from the straight line between the ends.
     """
@@ -99,6 +112,8 @@ class _Runs:
     last: Ints
     a: Floats
     b: Floats
+    middle: Floats
+    half: Floats
     deviation: Floats
 
 
@@ -134,7 +149,9 @@ class _Cubics:
         hermite, width, n = self._hermite(cubic), self._width[cubic], self.n_pieces[cubic]
         a, b = (cubic_points(*hermite, width, k / n)[0] for k in (begin, end))
         # A curve lies within h²/8 max|r''| of its chord.
-        return _Runs(cubic, begin, end, a, b, self._curvature[cubic] * ((end - begin) / n * width) ** 2 / 8.0)
+        deviation = self._curvature[cubic] * ((end - begin) / n * width) ** 2 / 8.0
+        along = b - a
+        return _Runs(cubic, begin, end, a, b, (a + b) / 2.0, np.sqrt(dots(along, along)) / 2.0, deviation)
 
     def is_own(self, runs: _Runs, pairs: Ints) -> Bools:
         """Which pairs are of one rod and cannot clash: all their pieces are neighbours, or it hardly turns on its way.
@@ -162,15 +179,18 @@ def _near_pairs(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
 
 def _near_pairs_of(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
     one, other = pairs.T
-    is_single = (runs.last - runs.first == 1)[pairs]
-    slack = np.where(is_single, 0.0, runs.deviation[pairs]).sum(1)
-    least = (1.0 - CLASH) * cubics.diameter[runs.cubic[pairs]].mean(1) + slack
-    a, b, c, d = runs.a[one], runs.b[one], runs.a[other], runs.b[other]
+    is_single = runs.last - runs.first == 1
+    slack = np.where(is_single, 0.0, runs.deviation)
+    radius = (1.0 - CLASH) / 2.0 * cubics.diameter[runs.cubic]
+    bound = slack + radius
     # Pairs whose middles are further apart than half of both lengths and the bound need not be measured.
-    gap, u, v = (a + b - c - d) / 2.0, b - a, d - c
-    may_be = np.flatnonzero(np.sqrt(dots(gap, gap)) <= (np.sqrt(dots(u, u)) + np.sqrt(dots(v, v))) / 2.0 + least)
-    distance, _ = segment_distances(a[may_be], b[may_be], c[may_be], d[may_be])
-    pairs = pairs[may_be[distance < least[may_be]]]
+    gap = runs.middle[one] - runs.middle[other]
+    reach = (runs.half + bound) * (1.0 + _ROUNDING)
+    may_be = dots(gap, gap) <= (reach[one] + reach[other]) ** 2
+    pairs = pairs[may_be]
+    one, other = pairs.T
+    distance, _ = segment_distances(runs.a[one], runs.b[one], runs.a[other], runs.b[other])
+    pairs = pairs[distance < bound[one] + bound[other]]
     return pairs[~cubics.is_own(runs, pairs)]
 
 
@@ -192,9 +212,15 @@ def _split(cubics: _Cubics, runs: _Runs, pairs: Ints, size: int) -> tuple[_Runs,
 
 
 def gaps_at_joints(
-    points: Floats, rows: SplineRows, strands: Strands, joints: Joints, apart: Floats, counts_overhangs: Bools
+    points: Floats,
+    rows: SplineRows,
+    strands: Strands,
+    joints: Joints,
+    apart: Floats,
+    counts_overhangs: Bools,
+    contacts: Ints,
 ) -> Floats:
-    """Least distance between the axes of the two rods of each contact, near the joint.
+    """Least distance between the axes of the two rods of contacts, near the joint.
 
     Parameters
     ----------
@@ -207,63 +233,70 @@ def gaps_at_joints(
         Mean diameter of the two rods.
     counts_overhangs : (C,) bool
         Whether rods that end at the joint are taken to run on straight beyond it.
+    contacts : (k,) int64
+        Those that are measured.
 
     Returns
     -------
-    (C,) float64
+    (k,) float64
     """
-    visits = joints.visit[joints.contacts]
+    visits = joints.visit[joints.contacts[contacts]]
     spans = _VisitCubics(points, rows, strands)
     least = np.empty(len(visits))
     for begin in each(range(0, len(visits), _CONTACTS_AT_ONCE)):
         part = slice(begin, begin + _CONTACTS_AT_ONCE)
-        reach = _REACH * apart[part]
-        beyond = np.where(counts_overhangs[part], reach, 0.0)
+        reach = _REACH * apart[contacts[part]]
+        beyond = np.where(counts_overhangs[contacts[part]], reach, 0.0)
         least[part] = _least_distances(*(spans.around(v, reach, beyond) for v in visits[part].T))
     return least
 
 
 def _least_distances(one: Floats, other: Floats) -> Floats:
-    """Least distances (k,) between two rows of polylines (k, m, 3): between the segments at their nearest corners."""
-    n, m = one.shape[:2]
-    centre = one[:, m // 2, None]
-    a, b = one - centre, other - centre
-    square = (a * a).sum(2)[:, :, None] + (b * b).sum(2)[:, None] - 2.0 * np.matmul(a, b.transpose(0, 2, 1))
-    p, q = np.divmod(square.reshape(n, -1).argmin(1), m)
+    """Least distances (k,) between two rows of polylines (3, m, k): between the segments at their nearest corners."""
+    m, n = one.shape[1:]
+    square = np.empty((m, m, n))
+    for i in range(m):
+        gap = one[:, i, None] - other
+        gap *= gap
+        np.add(gap[0], gap[1], out=square[i])
+        square[i] += gap[2]
+    p, q = np.divmod(square.reshape(m * m, n).argmin(0), m)
     row = np.arange(n)
     least = np.full(n, np.inf)
     for i in (np.maximum(p - 1, 0), np.minimum(p, m - 2)):
         for j in (np.maximum(q - 1, 0), np.minimum(q, m - 2)):
-            distance, _ = segment_distances(one[row, i], one[row, i + 1], other[row, j], other[row, j + 1])
-            least = np.minimum(least, distance)
+            ends = one[:, i, row].T, one[:, i + 1, row].T, other[:, j, row].T, other[:, j + 1, row].T
+            least = np.minimum(least, segment_distances(*ends)[0])
     return least
 
 
 class _VisitCubics:
-    """The cubics before and after each visit, as polynomials in t from 0 to 1."""
+    """The cubics before and after each visit, as polynomials in t from 0 to 1; coordinates in rows."""
 
     def __init__(self, points: Floats, rows: SplineRows, strands: Strands) -> None:
         start, stop, self._width = span_ends(rows.parameters, strands.offsets, strands.closed, rows.ends)
         self._ahead, self._behind = np.full(len(points), -1), np.full(len(points), -1)
         self._ahead[start], self._behind[stop] = np.arange(len(start)), np.arange(len(start))
-        width = self._width[:, None]
-        rise = points[stop] - points[start]
-        slope, last = width * rows.derivatives[start], width * rows.derivatives[stop]
-        self._points = points
-        speed = np.linalg.norm(rows.derivatives, axis=1, keepdims=True)
-        self._tangents = rows.derivatives / np.maximum(speed, np.finfo(float).tiny)
-        self._coefficients = (points[start], slope, 3.0 * rise - 2.0 * slope - last, slope + last - 2.0 * rise)
+        at, slopes = np.ascontiguousarray(points.T), np.ascontiguousarray(rows.derivatives.T)
+        rise = at[:, stop] - at[:, start]
+        slope, last = self._width * slopes[:, start], self._width * slopes[:, stop]
+        self._points = at
+        speed = np.sqrt((slopes * slopes).sum(0))
+        self._tangents = slopes / np.maximum(speed, np.finfo(float).tiny)
+        self._coefficients = (at[:, start], slope, 3.0 * rise - 2.0 * slope - last, slope + last - 2.0 * rise)
 
     def around(self, visits: Ints, reach: Floats, beyond: Floats) -> Floats:
-        """Points (k, 2 · pieces + 1, 3) on both sides of visits, and ``beyond`` the end of a rod straight on."""
-        steps = (np.arange(_PIECES + 1) / _PIECES) ** 2
-        straight = (beyond[:, None] * steps)[:, :, None] * self._tangents[visits][:, None]
+        """Points (3, 2 · pieces + 1, k) on both sides of visits, and ``beyond`` the end of a rod straight on."""
+        steps = (np.arange(_PIECES + 1) / _PIECES)[:, None] ** 2
         sides = []
         for span, is_ahead in ((self._behind[visits], False), (self._ahead[visits], True)):
-            part = np.minimum(reach / self._width[span], 0.5)[:, None] * steps
-            t = (part if is_ahead else 1.0 - part)[:, :, None]
-            first, second, third, fourth = (one[span][:, None] for one in self._coefficients)
+            part = np.minimum(reach / self._width[span], 0.5) * steps
+            t = part if is_ahead else 1.0 - part
+            first, second, third, fourth = (one[:, None, span] for one in self._coefficients)
             place = ((fourth * t + third) * t + second) * t + first
-            tip = self._points[visits][:, None] + (straight if is_ahead else -straight)
-            sides.append(np.where((span >= 0)[:, None, None], place, tip))
+            end = np.flatnonzero(span < 0)
+            straight = self._tangents[:, None, visits[end]] * (beyond[end] * steps)
+            at = self._points[:, None, visits[end]]
+            place[:, :, end] = at + straight if is_ahead else at - straight
+            sides.append(place)
         return np.concatenate([sides[0][:, :0:-1], sides[1]], axis=1)

@@ -21,13 +21,13 @@ from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, pre
 from weavecore.geometry.matching import ALONE
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
-from weavecore.model.rod_pairing import pair_darts
+from weavecore.model.rod_pairing import DartPairs, pair_darts
 from weavecore.model.strands import Strands
 
 _NONE = ALONE
 
 
-def find_strands(lattice: Lattice, cuts: Optional[Ints] = None) -> Strands:
+def find_strands(lattice: Lattice, cuts: Optional[Ints] = None, pairs: Optional[DartPairs] = None) -> Strands:
     """Chain the edges into rods that bend little at the nodes.
 
     Parameters
@@ -35,6 +35,8 @@ def find_strands(lattice: Lattice, cuts: Optional[Ints] = None) -> Strands:
     lattice : Lattice
     cuts : (k, 2) int64, optional
         Pairs of darts of one node that no rod may follow.
+    pairs : DartPairs, optional
+        From `find_dart_pairs`, where they are known.
 
     Returns
     -------
@@ -43,7 +45,7 @@ def find_strands(lattice: Lattice, cuts: Optional[Ints] = None) -> Strands:
         along the latitudes in the order of these, the others by their least edge.  A closed strand begins with its
         least edge, an open one with the end that gives the lesser first dart.
     """
-    follower = _followers(lattice, cuts)
+    follower = _followers(lattice, cuts, pairs)
     n = len(follower)
     if n == 0:
         return Strands(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, bool))
@@ -137,10 +139,10 @@ def _in_order(
     return Strands(offsets, nodes, family, closed)
 
 
-def _followers(lattice: Lattice, cuts: Optional[Ints]) -> Ints:
+def _followers(lattice: Lattice, cuts: Optional[Ints], pairs: Optional[DartPairs]) -> Ints:
     """The dart that follows each dart, -1 where the rod ends."""
     # A dart arrives where its reverse leaves.
-    follower: Ints = pair_darts(lattice, cuts)[np.arange(2 * lattice.n_edges) ^ 1]
+    follower: Ints = pair_darts(lattice, cuts, pairs)[np.arange(2 * lattice.n_edges) ^ 1]
     return follower
 
 

@@ -8,7 +8,8 @@
 5. The axes are drawn; overhangs that still clash are shortened (`overhangs`), and rods get their names (`naming`).
 
 Without a rod diameter the search for the thickest stock diameter that can be bent begins at a part of the spacing.
-Linear in the visits but for sorting; each diameter that is tried costs a fit of the axes, and each round of breaks.
+Linear in the visits but for sorting; each diameter that is tried costs a fit of the axes.  After breaks rods are found
+anew, and fitted anew near the nodes at which they differ.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.model.bending import Material
 from weavecore.model.joints import Joints
-from weavecore.model.lattice import FAMILIES, LONGITUDINAL, POCKET, Lattice
+from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.rod_ends import FEWEST_JOINTS
+from weavecore.model.rod_pairing import DartPairs, find_dart_pairs
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
 from weavecore.weaving.axes import OVERHANG_DIAMETERS, Fit, draw_axes, fit_axes, lay_axes, surface_normals
@@ -36,7 +38,7 @@ from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_na
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
-from weavecore.weaving.strands import darts_at, find_strands
+from weavecore.weaving.strands import darts_at, find_strands, steps_along
 
 _MOST_BREAK_ROUNDS = 3
 """A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
@@ -51,6 +53,9 @@ broken rods would be pieces of a few joints each, and hold nothing: they stay wh
 
 _MOST_OVERHANG_ROUNDS = 6
 """Rounds in which the room for overhangs is taken back at contacts of rods that it bends too much."""
+
+_UNMOVED = 1e-6
+"""An axis whose direction, a vector of about unit length, changes by less is taken to be bent as before."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -103,7 +108,7 @@ def weave_lattice(
     stuff = material if isinstance(material, Material) else material_named(material)
     report(0.0, "finding the strands")
     weaver = _Weaver(lattice, stuff, style)
-    strands = find_strands(lattice)
+    strands = find_strands(lattice, pairs=weaver.dart_pairs)
     report(0.3, "bending the rods")
     bent = weaver.bend_in_stock(strands, stock) if by_family is None else weaver.bend(strands, by_family)
     bent = weaver.make_room_for_overhangs(bent)
@@ -185,6 +190,11 @@ class _Weaver:
         """Unit normals (N, 3) of the lattice."""
         return surface_normals(self.lattice)
 
+    @cached_property
+    def dart_pairs(self) -> DartPairs:
+        """The pairs of edges that rods may follow."""
+        return find_dart_pairs(self.lattice)
+
     def bend(
         self,
         strands: Strands,
@@ -194,8 +204,9 @@ class _Weaver:
     ) -> _Bent:
         """Lay rods of diameters (3,) by their family over and under each other and measure how they are bent.
 
-        The fit starts from that of ``like`` rods: those of another diameter, or before they are broken.  Overhangs
-        count at the contacts (C,) of ``counts_overhangs``, by default at none.
+        The fit starts from that of ``like`` rods: those of another diameter, or before they are broken.  With the same
+        diameters it is renewed only near the nodes at which rods differ.  Overhangs count at the contacts (C,) of
+        ``counts_overhangs``, by default at none.
         """
         lattice = self.lattice
         diameters = _of_rods(by_family, strands)
@@ -206,18 +217,27 @@ class _Weaver:
         else:
             lean = find_lean(strands, self.lattice)
             order = order_rods(self.lattice, strands, lean, self.style)
+        if counts_overhangs is None:
+            counts_overhangs = np.zeros(len(order.joints.contacts), bool)
+        centred = self.style.name == STACKED
+        start, changed, same = None, None, None
+        if like is not None:
+            start = (_shift_ratios(order.joints, like), like.fit.normals)
+            if np.array_equal(by_family, like.by_family):
+                same = _same_visits(lattice, strands, order.joints, like)
+                changed = _changed_nodes(lattice, strands, order.joints, same, counts_overhangs)
         fit = fit_axes(
-            self.lattice,
+            lattice,
             strands,
             order.joints,
             diameters,
             self.outward,
-            centred_on_rings=self.style.name == STACKED,
-            counts_overhangs=np.zeros(len(order.joints.contacts), bool)
-            if counts_overhangs is None
-            else counts_overhangs,
-            start=None if like is None else (_shift_ratios(order.joints, like), like.fit.normals),
+            centred_on_rings=centred,
+            counts_overhangs=counts_overhangs,
+            start=start,
+            changed=changed,
         )
+        known = None if like is None or same is None else _known_diameters(strands, fit, like, same)
         shift = fit.layer_offsets[:, None] * fit.normals[strands.nodes]
         sharpest = find_sharpest(
             fit.points,
@@ -227,6 +247,7 @@ class _Weaver:
             strands.closed,
             diameters=diameters,
             material=self.material,
+            known=known,
         )
         return _Bent(strands, lean, order, by_family, diameters, fit, sharpest)
 
@@ -258,7 +279,11 @@ class _Weaver:
                 if not breaks.any():
                     return bent
                 cuts = np.concatenate([bent.cuts, darts_at(self.lattice, bent.strands, breaks)])
-                strands = find_strands(self.lattice, cuts) if found_anew else break_strands(bent.strands, breaks)
+                strands = (
+                    find_strands(self.lattice, cuts, self.dart_pairs)
+                    if found_anew
+                    else break_strands(bent.strands, breaks)
+                )
                 bent = replace(self.bend(strands, bent.by_family, like=bent), cuts=cuts)
         return bent
 
@@ -292,6 +317,55 @@ def _shift_ratios(joints: Joints, like: _Bent) -> Floats:
     known = is_same[joint]
     ratios[known] = like.fit.shift_ratios[(first[at][joint] + joints.rank[joints.contacts[:, 0]])[known]]
     return ratios
+
+
+def _same_visits(lattice: Lattice, strands: Strands, joints: Joints, like: _Bent) -> Ints:
+    """The visit (M,) of like rods between the same two nodes, at the same height of a stack as high, or -1."""
+    now, before = _visit_rows(strands, joints), _visit_rows(like.strands, like.order.joints)
+    if len(before) == 0:
+        return np.full(len(now), -1)
+    # A rod runs along each edge once, so a node and one beside it name a visit.
+    code, known = (rows[:, 0] * (lattice.n_nodes + 1) + rows[:, 1] for rows in (now, before))
+    order = np.argsort(known)
+    found = order[np.minimum(np.searchsorted(known[order], code), len(known) - 1)]
+    same: Ints = np.where((before[found] == now).all(axis=1), found, -1)
+    return same
+
+
+def _visit_rows(strands: Strands, joints: Joints) -> Ints:
+    """(M, 6) node, the greater and the lesser node beside it (-1 beyond an end), height, rods there, whether a ring."""
+    nodes = strands.nodes
+    before, after = steps_along(strands)
+    beside = np.full((len(nodes), 2), -1)
+    beside[after, 0], beside[before, 1] = nodes[before], nodes[after]
+    stack = np.zeros((len(nodes), 2), np.int64)
+    stack[joints.visit] = np.stack([joints.rank, np.diff(joints.offsets)[joints.joint]], axis=1)
+    is_ring = np.repeat(strands.family == LATITUDINAL, np.diff(strands.offsets))
+    return np.column_stack([nodes, beside.max(axis=1), beside.min(axis=1), stack, is_ring])
+
+
+def _changed_nodes(lattice: Lattice, strands: Strands, joints: Joints, same: Ints, counts_overhangs: Bools) -> Bools:
+    """Nodes (N,) at which a visit is not the ``same`` as before, or the overhang of a rod that ends there counts."""
+    changed = np.zeros(lattice.n_nodes, bool)
+    changed[strands.nodes[same < 0]] = True
+    is_end = np.zeros(len(strands.nodes), bool)
+    is_end[strands.offsets[:-1][~strands.closed]] = is_end[strands.offsets[1:][~strands.closed] - 1] = True
+    has_end = is_end[joints.visit[joints.contacts]].any(axis=1)
+    changed[joints.node[joints.joint[joints.contacts[has_end & counts_overhangs, 0]]]] = True
+    return changed
+
+
+def _known_diameters(strands: Strands, fit: Fit, like: _Bent, same: Ints) -> Floats:
+    """The largest diameter (M,) of visits, as of like rods that run the same way there and beside; else NaN."""
+    old, slope = like.fit.rows.derivatives[same], fit.rows.derivatives
+    # A rod may run the other way than before.
+    turned = np.minimum(np.abs(slope - old).max(axis=1), np.abs(slope + old).max(axis=1))
+    has_moved = (same < 0) | (turned > _UNMOVED)
+    before, after = steps_along(strands)
+    beside = has_moved.copy()
+    beside[after] |= has_moved[before]
+    beside[before] |= has_moved[after]
+    return np.where(beside, np.nan, like.sharpest.largest[same])
 
 
 def _one_for_all(diameter: float) -> Floats:

@@ -17,7 +17,7 @@ import numpy as np
 from weavecore.errors import TooMuchWork, Unreadable, Unsupported, WeaveError
 from weavecore.files import PathLike
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, rows_of
-from weavecore.geometry.splines import DEGREE, fit_splines
+from weavecore.geometry.splines import DEGREE, BSplineRows, b_spline_points, fit_splines
 from weavecore.model import (
     FAMILIES,
     Bands,
@@ -397,8 +397,6 @@ def _joints(document: ResultPart, strands: Strands, places: dict[str, int], n_no
 
 def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floats) -> RodAxes:
     """The axes; what stands in the file once is not there twice: points and derivatives follow from the rest."""
-    from scipy.interpolate import BSpline
-
     counts = np.diff(strands.offsets).tolist()
     overhangs = _overhangs(rows, strands)
     knots, controls = _bsplines(rows, counts, strands, overhangs)
@@ -413,11 +411,16 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
     room = _FROM_NODE * float(np.linalg.norm(np.ptp(nodes, axis=0)))
     fitted = fit_splines(points, strands.offsets, strands.closed)
     parameters, ends = tip_parameters(fitted, strands.offsets, overhangs)
-    for s, row in enumerate(rows):
-        part = slice(strands.offsets[s], strands.offsets[s + 1])
-        spline: Any = BSpline(knots[s], controls[s], DEGREE)
-        if not np.abs(spline(parameters[part]) - points[part]).max() <= room:
-            raise damaged_result(f"{row.where}.axis does not pass through the places of its strand")
+    splines = BSplineRows(
+        offsets_of([len(one) for one in knots]),
+        _joined(knots),
+        offsets_of([len(one) for one in controls]),
+        np.concatenate([*controls, np.zeros((0, 3))]),
+    )
+    off = np.abs(b_spline_points(splines, owner, parameters) - points).max(axis=1, initial=0.0)
+    if not (off <= room).all():
+        row = rows[int(owner[np.flatnonzero(~(off <= room))[0]])]
+        raise damaged_result(f"{row.where}.axis does not pass through the places of its strand")
     return RodAxes(
         offsets=strands.offsets,
         closed=strands.closed,
@@ -426,10 +429,10 @@ def _axes(rows: list[ResultPart], strands: Strands, nodes: Floats, normals: Floa
         parameters=parameters,
         ends=ends,
         overhangs=overhangs,
-        knot_offsets=offsets_of([len(one) for one in knots]),
-        knots=_joined(knots),
-        control_offsets=offsets_of([len(one) for one in controls]),
-        controls=np.concatenate([*controls, np.zeros((0, 3))]),
+        knot_offsets=splines.knot_offsets,
+        knots=splines.knots,
+        control_offsets=splines.control_offsets,
+        controls=splines.controls,
         stations=stations,
         lengths=lengths,
         layer_offsets=layer_offsets,
