@@ -9,7 +9,7 @@ from weavecore.canvas.baking import bake_rods
 from weavecore.canvas.choosing import ChosenRow, choose_row
 from weavecore.canvas.cutting import CutResults, draw_cut_list
 from weavecore.canvas.deconstructing import LatticeParts, WeaveParts, draw_lattice_parts, draw_weave_parts
-from weavecore.canvas.inputs import chosen, diameters, named, numbers, plain, read_curves, read_geometry
+from weavecore.canvas.inputs import chosen, diameters, named, numbers, plain, read_curves, read_factors, read_geometry
 from weavecore.canvas.measuring import Measures, measure, measures_caption
 from weavecore.canvas.previewing import COLOURS, PreviewResults, draw_preview
 from weavecore.canvas.results import (
@@ -21,6 +21,7 @@ from weavecore.canvas.results import (
     draw_lattice,
     draw_rods,
     draw_surface,
+    remark_of_grading,
     warn_of_doubts,
 )
 from weavecore.canvas.simulating import (
@@ -102,9 +103,11 @@ __all__ = [
     "open_page",
     "plain",
     "read_curves",
+    "read_factors",
     "read_geometry",
     "read_loads",
     "read_places",
+    "remark_of_grading",
     "report_lines",
     "solve",
     "unit_of",
