@@ -32,6 +32,7 @@ from ghpython.stubs import (
 )
 from grasshopper_files.components import ACCESS, HINTS, read_component, without_requirements
 from weavecore import pipeline
+from weavecore.canvas import lists_of
 from weavecore.exploring import Row
 from weavecore.exploring.evaluate import BEND, DIAMETER, ENDS, RODS
 from weavecore.exploring.table import INPUTS, encode_table
@@ -276,6 +277,20 @@ def test_names_may_have_capitals_and_numbers_must_be_numbers(canvas: Canvas, tub
         ((level, text),) = run_component("Weave_Offset", surface=tube, **inputs).messages
         assert (level, told in text) == ("Error", True), text
         assert "INTERNAL" not in text
+
+
+def test_the_usual_style_on_the_list_is_that_of_the_pattern(canvas: Canvas, tube: SurfaceMesh) -> None:
+    latitudes = run_component("Weave_Offset", surface=tube, spacing=[1.0])["latitudes"]
+    for pattern, style, expected in (
+        ("triangular", "Usual", "stacked"),
+        ("twill", "usual", "twill 2/2"),
+        ("quad", "usual", "plain"),
+        ("quad", "twill 3/1", "twill 3/1"),
+    ):
+        lattice = run_component("Weave_Link", latitudes=latitudes, pattern=pattern)["lattice"]
+        ran = run_component("Weave_Strands", lattice=lattice, diameter=0.01, style=style)
+        assert ran["weave"].over_under == expected, (pattern, style)
+    assert set(lists_of("material", "style")) == {"material", "style"}
 
 
 def test_a_panel_shows_a_result_in_one_line(stages: dict[str, Ran]) -> None:

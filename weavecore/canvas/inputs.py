@@ -20,6 +20,9 @@ from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import plane_from
 from weavecore.units import METRES, Length
 
+USUAL_STYLE = "usual"
+"""The style of over and under that goes with a pattern, on a list beside the others."""
+
 
 def read_geometry(
     run: Run,
@@ -322,6 +325,17 @@ def plain(text: Optional[str]) -> Optional[str]:
     text : str, optional
     """
     return (text or "").strip().strip('"').lower() or None
+
+
+def style_or_none(text: Optional[str]) -> Optional[str]:
+    """The style of over and under; None where there is no text, or it asks for the usual one of the pattern.
+
+    Parameters
+    ----------
+    text : str, optional
+    """
+    style = plain(text)
+    return None if style == USUAL_STYLE else style
 
 
 def named(value: Optional[str], names: Sequence[str], label: str) -> Optional[str]:
