@@ -93,16 +93,16 @@ def arranged(name: str, title: str, stages: Iterable[Stage], components: Mapping
         The components by the names of their folders.
     """
     objects = [canvas.scribble("title", title, (20.0, 20.0), 16.0)]
-    left, top, right, bottom = 20.0, _TOP, 20.0, _TOP
+    left, top, right, bottom, lowest = 20.0, _TOP, 20.0, _TOP, _TOP
     for stage in stages:
         if stage.place == "row":
-            left = 20.0
+            left, bottom = 20.0, lowest
         elif stage.place == "right":
             left = right
         if stage.place != "right":
             top = bottom + _GAP + _LABEL + _PAD
         made, right, bottom = _laid_out(stage, components[stage.folder], (left, top))
-        right += _GAP
+        right, lowest = right + _GAP, max(lowest, bottom)
         objects += made
     return _document(name, title, objects)
 
