@@ -74,14 +74,19 @@ def test_what_is_grouped_is_there_and_every_component_is_in_a_group(workflow: Ch
 
 
 @pytest.mark.parametrize("name", ["weave_workflow", *EXAMPLES])
-def test_no_object_lies_on_another_or_in_the_group_of_others(name: str, files: dict[str, bytes]) -> None:
+def test_no_object_and_no_group_lies_on_another(name: str, files: dict[str, bytes]) -> None:
     objects = objects_of(decode_archive(files[f"{name}.gh"]))
     boxes = {o.id: o.container.chunk("Attributes").get("Bounds") for o in objects if o.kind != canvas_objects.GROUP}
-    areas = [(boxes[one], boxes[other]) for one in boxes for other in boxes if one < other]
+    groups = {}
     for group in (o.container for o in objects if o.kind == canvas_objects.GROUP):
         members = [str(group.get("ID", index=i)) for i in range(group.get("ID_Count"))]
-        areas += [(around([boxes[one] for one in members]), boxes[one]) for one in boxes if one not in members]
-    assert [pair for pair in areas if overlap(*pair)] == []
+        groups[group.get("NickName")] = around([boxes[one] for one in members])
+        boxes = {one: box for one, box in boxes.items() if one not in members}
+    assert len(boxes) == 1, "all but the title are in a group"
+    assert [
+        (one, other) for one in groups for other in groups if one < other and overlap(groups[one], groups[other])
+    ] == []
+    assert [name for name in groups for title in boxes.values() if overlap(groups[name], title)] == []
 
 
 def around(boxes: list[tuple[float, ...]]) -> tuple[float, ...]:
