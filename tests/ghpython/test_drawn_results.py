@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from base64 import b64decode, b64encode
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -81,3 +82,9 @@ def test_an_archive_that_is_laid_out_otherwise_is_not_written() -> None:
     assert mesh_archive(rhino3dm) is not None
     assert mesh_archive(library(Mesh=longer, CommonObject=rhino3dm.CommonObject)) is None
     assert mesh_archive(library(Mesh=SimpleNamespace)) is None
+
+
+def test_stubs_for_editors_are_not_taken_for_rhino(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("Rhino", "Rhino.Geometry"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    assert isinstance(Drawing().polyline(np.eye(3), is_closed=True), rhino3dm.Curve)

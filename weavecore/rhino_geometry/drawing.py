@@ -108,6 +108,8 @@ class Drawing:
 
 def _library() -> Any:
     try:
-        return import_module("Rhino.Geometry")
+        geometry = import_module("Rhino.Geometry")
     except ImportError:
         return import_module("rhino3dm")
+    # Stubs for editors are packages of the same name without anything in them.
+    return geometry if hasattr(geometry, "Mesh") else import_module("rhino3dm")
