@@ -1,6 +1,7 @@
 """Draw a definition as Grasshopper shows it: ``python ghpython_components/draw_canvas.py FILE.gh -o PICTURE.svg``.
 
 The picture is made from the file alone: what lies where, which wires there are, what is written on what.
+`draw_component` draws a single component of the plugin.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from xml.sax.saxutils import escape
 
 from grasshopper_files import canvas_objects as canvas
 from grasshopper_files.archive import Chunk, decode_archive
-from grasshopper_files.components import SCRIPT_COMPONENT
+from grasshopper_files.components import SCRIPT_COMPONENT, Component
 
 Box = tuple[float, float, float, float]
 
@@ -86,6 +87,18 @@ def draw(root: Chunk) -> str:
     return picture.svg()
 
 
+def draw_component(one: Component) -> str:
+    """The picture of a component by itself as SVG, with its name and nickname below it."""
+    picture, label = Picture(), f"{one.name} ({one.metadata['nickname']})"
+    width = canvas.size_of(one)[0]
+    beyond = max(0.0, (canvas.LETTER * len(label) - width) / 2)
+    holder = canvas.component(one, (_RIM + beyond, _RIM), {}).chunk("Container")
+    _draw_component(picture, holder, label=label)
+    picture.right += beyond
+    picture.bottom += _LABEL / 2
+    return picture.svg()
+
+
 def _bounds(chunk: Chunk) -> Box:
     box: Box = chunk.chunk("Attributes").get("Bounds")
     return box
@@ -119,7 +132,7 @@ def _draw_group(picture: Picture, holder: Chunk, boxes: dict[str, Box]) -> None:
     picture.text(left + 14, top + _LABEL / 2 + 4, holder.get("NickName"), size=15.0, more='font-weight="bold"')
 
 
-def _draw_component(picture: Picture, holder: Chunk) -> None:
+def _draw_component(picture: Picture, holder: Chunk, *, label: str = "") -> None:
     box = x, y, width, _ = _bounds(holder)
     picture.box(box, _FACE)
     inputs, outputs = _parameters(holder, "Input"), _parameters(holder, "Output")
@@ -136,7 +149,8 @@ def _draw_component(picture: Picture, holder: Chunk) -> None:
     icon = base64.b64encode(holder.get("IconOverride")).decode("ascii")
     place = f'x="{middle - 12:.1f}" y="{y + box[3] / 2 - 12:.1f}" width="24" height="24"'
     picture.lines.append(f'<image {place} href="data:image/png;base64,{icon}"/>')
-    picture.text(x + width / 2, y + box[3] + 11, holder.get("Name"), anchor="middle", more='font-style="italic"')
+    label = label or holder.get("Name")
+    picture.text(x + width / 2, y + box[3] + 11, label, anchor="middle", more='font-style="italic"')
 
 
 def _draw_slider(picture: Picture, holder: Chunk) -> None:

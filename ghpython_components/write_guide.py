@@ -1,6 +1,7 @@
-"""Write the tables and the picture of ``docs/grasshopper.md``: ``python ghpython_components/write_guide.py``.
+"""Write the tables and the pictures of ``docs/grasshopper.md``: ``python ghpython_components/write_guide.py``.
 
-The tables come from the components' ``metadata.json``, the picture from the definition that `build` makes.
+The tables and a picture of each component come from the components' ``metadata.json``, the picture of the canvas from
+the definition that `build` makes.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from grasshopper_files.definition import NAME
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 GUIDE, PICTURE = DOCS / "grasshopper.md", DOCS / "images" / "grasshopper_canvas.svg"
+COMPONENT_PICTURES = DOCS / "images" / "components"
 BEGIN, END = "<!-- parameters -->\n", "<!-- end of parameters -->\n"
 
 ORDER = (
@@ -45,7 +47,9 @@ def _table(one: Component) -> str:
     rows = [f"| in | `{p['name']}` | {_kind(p)} | {p['description']} |" for p in one.inputs]
     rows += [f"| out | `{p['name']}` | | {p['description']} |" for p in one.outputs]
     icon = f"![](../ghpython_components/{one.folder}/icon.png)"
-    head = [f"### {icon} {one.name}", "", one.metadata["description"], "", "| | parameter | takes | what it is |"]
+    drawn = f"![{one.name} on the canvas](images/{COMPONENT_PICTURES.name}/{one.folder}.svg)"
+    head = [f"### {icon} {one.name}", "", one.metadata["description"], "", drawn, ""]
+    head.append("| | parameter | takes | what it is |")
     return "\n".join([*head, "|---|---|---|---|", *rows, ""])
 
 
@@ -59,6 +63,11 @@ def picture() -> str:
     return draw_canvas.draw(decode_archive(build.build()[f"{NAME}.gh"]))
 
 
+def component_pictures() -> dict[str, str]:
+    """Each component by itself as SVG, by the name of its file."""
+    return {f"{one.folder}.svg": draw_canvas.draw_component(one) for one in read_components(build.HERE)}
+
+
 def with_tables(guide: str) -> str:
     """The guide with its tables as they are now."""
     before, _, rest = guide.partition(BEGIN)
@@ -67,9 +76,12 @@ def with_tables(guide: str) -> str:
 
 
 def main() -> None:
-    """Write the guide and its picture."""
+    """Write the guide and its pictures."""
     GUIDE.write_text(with_tables(GUIDE.read_text("utf-8")), "utf-8")
     PICTURE.write_text(picture(), "utf-8")
+    COMPONENT_PICTURES.mkdir(exist_ok=True)
+    for name, drawn in component_pictures().items():
+        (COMPONENT_PICTURES / name).write_text(drawn, "utf-8")
 
 
 if __name__ == "__main__":

@@ -38,6 +38,7 @@ from weavecore.model import (
     Weave,
 )
 from weavecore.model.lattice_fit import note_far_edges, note_inverted_faces, note_short_edges
+from weavecore.offsetting.graded_spacing import FactorAtPoint, grade_spacing, spacing_field
 from weavecore.offsetting.level_sets import offset_levels
 from weavecore.offsetting.passing_sheets import note_crossings
 from weavecore.offsetting.propagation.method import offset_fronts
@@ -152,6 +153,8 @@ def offset(
     method: str = "levels",
     borders: Optional[Iterable[int]] = None,
     curves: Optional[Iterable[Any]] = None,
+    factors: Optional[Iterable[FactorAtPoint]] = None,
+    reach: Optional[float] = None,
     progress: Optional[Progress] = None,
 ) -> Latitudes:
     """Offset the borders of a surface inwards until they fill it (Yan et al. 2016, §4).
@@ -170,6 +173,11 @@ def offset(
         polylines, which then are open.
     curves : iterable of (n, 3) array_like or curves of Rhino, optional
         What distances start at, on both sides, and at no border then that is not chosen; closed where it comes back.
+    factors : iterable of ((3,) array_like, float), optional
+        Points with a factor of the spacing near them: below 1 rings are denser, above 1 wider apart.  Rings stay
+        parallel: each takes the mean of the factors along it.
+    reach : float, optional
+        Distance at which a single point has half of its effect; by default a quarter of the surface's extent.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -188,9 +196,12 @@ def offset(
     points = None if curves is None else curves_from(curves, tolerance=surface.tolerance)
     started = start_at(surface, borders=borders, curves=points)
     wanted = suggest_spacing(started) if spacing is None else spacing
-    least = float(np.min(wanted))
-    for length in (least, float(np.max(wanted))):
+    for length in (float(np.min(wanted)), float(np.max(wanted))):
         check_length(length, "A spacing")
+    field = spacing_field(started, factors or (), reach)
+    if field is not None:
+        started, wanted = grade_spacing(started, wanted, field)
+    least = float(np.min(wanted))
     if np.isfinite(least) and least > 0:  # Else the method refuses it.
         started = note_thickness(fill_specks(started, least), least)
     return note_crossings(METHODS[method](started, spacing=wanted, progress=progress))

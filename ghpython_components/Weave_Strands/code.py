@@ -10,7 +10,7 @@ def compute(run, lattice, diameter, material, style, stock):
         rod_diameter=diameter,
         stock=canvas.diameters(stock),
         material=canvas.plain(material) or "gfrp",
-        over_under=canvas.plain(style),
+        over_under=canvas.style_or_none(style),
         progress=run.progress,
     )
     drawn = canvas.draw_rods(run, weave)
@@ -25,6 +25,6 @@ class Strands(Grasshopper.Kernel.GH_ScriptInstance):
         self, lattice, diameter: float, material: str, style: str, stock: System.Collections.Generic.List[float]
     ):
         inputs = {"lattice": lattice, "diameter": diameter, "material": material, "style": style, "stock": stock}
-        options = {"needs": {"lattice": wc.Lattice}, "n_outputs": 5, "lists": canvas.lists_of("material")}
+        options = {"needs": {"lattice": wc.Lattice}, "n_outputs": 5, "lists": canvas.lists_of("material", "style")}
         component, sticky = ghenv.Component, scriptcontext.sticky
         return canvas.solve(component, sticky, compute, inputs, **options)

@@ -35,6 +35,7 @@ METHODS = ("levels", "fronts")
 PATTERNS = ("triangular", "quad", "plain", "twill", "hexagonal", "kagome", "diagonal")
 _MATERIALS = ("gfrp", "gfrp-short", "bamboo", "rattan", "steel-strip")
 
+_STYLES = ("usual", "stacked", "plain", "twill 2/2", "twill 3/1")
 _COLOURS = ("family", "utilisation", "step")
 
 _AT = (0.0, 0.0)
@@ -92,16 +93,16 @@ def arranged(name: str, title: str, stages: Iterable[Stage], components: Mapping
         The components by the names of their folders.
     """
     objects = [canvas.scribble("title", title, (20.0, 20.0), 16.0)]
-    left, top, right, bottom = 20.0, _TOP, 20.0, _TOP
+    left, top, right, bottom, lowest = 20.0, _TOP, 20.0, _TOP, _TOP
     for stage in stages:
         if stage.place == "row":
-            left = 20.0
+            left, bottom = 20.0, lowest
         elif stage.place == "right":
             left = right
         if stage.place != "right":
             top = bottom + _GAP + _LABEL + _PAD
         made, right, bottom = _laid_out(stage, components[stage.folder], (left, top))
-        right += _GAP
+        right, lowest = right + _GAP, max(lowest, bottom)
         objects += made
     return _document(name, title, objects)
 
@@ -146,8 +147,15 @@ def _strands_to_measure() -> list[Stage]:
             "4 Strands",
             "Weave_Strands",
             "amber",
-            {"lattice": _out("Weave_Link", "lattice"), "diameter": _of("diameter"), "material": _of("material")},
-            [canvas.slider("diameter", 0.8, 0.2, 10.0, 1, _AT), canvas.value_list("material", _MATERIALS, _AT)],
+            {
+                "lattice": _out("Weave_Link", "lattice"),
+                **{name: _of(name) for name in ("diameter", "material", "style")},
+            },
+            [
+                canvas.slider("diameter", 0.8, 0.2, 10.0, 1, _AT),
+                canvas.value_list("material", _MATERIALS, _AT),
+                canvas.value_list("style", _STYLES, _AT),
+            ],
             "row",
         ),
         Stage(

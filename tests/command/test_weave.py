@@ -50,6 +50,18 @@ def test_lengths_are_converted_to_the_unit_of_the_file(run: Run, typed: str, met
     assert spacing_of("w.json") == pytest.approx(metres, rel=1e-15)
 
 
+def test_the_spacing_is_graded_at_points_that_are_typed(run: Run, folder: Path) -> None:
+    ended = run(
+        "weave", "tube.3dm", "--json", "w.json", "--spacing", "1", "--spacing-at", "0,0,2.5,0.5", "--reach", "9m"
+    )
+    assert (ended.status, ended.err) == (0, "")
+    parameters = json.loads(Path("w.json").read_text("utf-8"))["parameters"]
+    assert (parameters["factors"], parameters["reach"]) == ([[[0.0, 0.0, 2.5], 0.5]], 9.0)
+    assert max(parameters["spacings"]) < 0.6
+    for wrong in ("0,0,2", "0,0,2,0", "0,0,nan,1", "abc"):
+        assert run("weave", "tube.3dm", "--json", "v.json", "--spacing-at", wrong).status == 2
+
+
 def test_rods_of_each_family_have_the_diameter_that_is_typed(run: Run, folder: Path) -> None:
     ended = run(
         "weave", "tube.3dm", "--json", "w.json", "--spacing", "1", "--rod", "latitudinal=9mm,longitudinal=0.006"

@@ -393,7 +393,7 @@ def test_lists_appear_and_are_wired_when_a_component_is_placed(canvas: Canvas, m
     wired: list[Any] = []
     document: Any = SimpleNamespace(DocumentID="0", FilePath=None, Objects=[])
     document.ScheduleSolution = lambda _, call: scheduled.append(call)
-    document.AddObject = lambda made, _: added.append(made)
+    document.AddObject = lambda made, _update, _index: added.append(made)
     inputs = [SimpleNamespace(Name=name, NickName=name, SourceCount=0, AddSource=wired.append) for name in ("x", "by")]
     component: Any = SimpleNamespace(InstanceGuid="1", Params=SimpleNamespace(Input=inputs), Message="")
     component.Attributes = SimpleNamespace(Bounds=SimpleNamespace(Left=300.0, Bottom=90.0))

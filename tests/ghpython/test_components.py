@@ -32,6 +32,7 @@ from ghpython.stubs import (
 )
 from grasshopper_files.components import ACCESS, HINTS, read_component, without_requirements
 from weavecore import pipeline
+from weavecore.canvas import lists_of
 from weavecore.exploring import Row
 from weavecore.exploring.evaluate import BEND, DIAMETER, ENDS, RODS
 from weavecore.exploring.table import INPUTS, encode_table
@@ -238,6 +239,31 @@ def test_borders_are_picked_by_what_lies_near_them(tube: SurfaceMesh, canvas: Ca
         assert (level, told in text) == ("Error", True), text
 
 
+def test_rings_are_denser_near_points_with_factors(tube: SurfaceMesh, canvas: Canvas) -> None:
+    def offset(**inputs: Any) -> Ran:
+        return run_component("Weave_Offset", surface=tube, spacing=[1.0], borders=[0], **inputs)
+
+    axis, side = rhino3dm.Point3d(0, 0, 2.5), rhino3dm.Point3d(1, 0, 2.5)
+    ran = offset(points=[axis, None], factors=[0.5], reach=100.0)
+    assert ran.messages == []
+    expected = pipeline.offset(tube, spacing=1.0, borders=[0], factors=[((0, 0, 2.5), 0.5)], reach=100.0)
+    assert np.array_equal(ran["latitudes"].distance, expected.distance)
+    assert ran["latitudes"].n_generations > 1.5 * offset()["latitudes"].n_generations
+    assert offset(points=[axis, side], factors=[0.5], reach=100.0).messages == []
+    ((level, text),) = offset(points=[side], factors=[0.5], reach=1.0).messages
+    assert (level, text[:8]) == ("Remark", "GRADED: ")
+    for inputs, words in (
+        ({"points": [axis]}, "Points need factors"),
+        ({"factors": [0.5]}, "Points need factors"),
+        ({"points": [axis], "factors": ["abc"]}, "factors must be a number (got 'abc')"),
+        ({"points": ["abc"], "factors": [0.5]}, "The points must be points"),
+        ({"points": [axis], "factors": [1, 2]}, "There are 2 factors for 1 points"),
+        ({"points": [axis], "factors": [0]}, "a positive factor (got the factor 0.0)"),
+    ):
+        ((level, text),) = offset(**inputs).messages
+        assert (level, words in text) == ("Error", True), text
+
+
 def test_names_may_have_capitals_and_numbers_must_be_numbers(canvas: Canvas, tube: SurfaceMesh) -> None:
     offset = run_component("Weave_Offset", surface=tube, spacing=["1.0"], method=" Levels ")
     lattice = run_component("Weave_Link", latitudes=offset["latitudes"], pattern='"Kagome"')["lattice"]
@@ -251,6 +277,20 @@ def test_names_may_have_capitals_and_numbers_must_be_numbers(canvas: Canvas, tub
         ((level, text),) = run_component("Weave_Offset", surface=tube, **inputs).messages
         assert (level, told in text) == ("Error", True), text
         assert "INTERNAL" not in text
+
+
+def test_the_usual_style_on_the_list_is_that_of_the_pattern(canvas: Canvas, tube: SurfaceMesh) -> None:
+    latitudes = run_component("Weave_Offset", surface=tube, spacing=[1.0])["latitudes"]
+    for pattern, style, expected in (
+        ("triangular", "Usual", "stacked"),
+        ("twill", "usual", "twill 2/2"),
+        ("quad", "usual", "plain"),
+        ("quad", "twill 3/1", "twill 3/1"),
+    ):
+        lattice = run_component("Weave_Link", latitudes=latitudes, pattern=pattern)["lattice"]
+        ran = run_component("Weave_Strands", lattice=lattice, diameter=0.01, style=style)
+        assert ran["weave"].over_under == expected, (pattern, style)
+    assert set(lists_of("material", "style")) == {"material", "style"}
 
 
 def test_a_panel_shows_a_result_in_one_line(stages: dict[str, Ran]) -> None:

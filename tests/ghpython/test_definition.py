@@ -17,6 +17,7 @@ import draw_canvas
 import write_guide
 from ghpython.runner import Definition, objects_of, wires_of
 from ghpython.stubs import COMPONENTS, NAMES, Canvas, script_class
+from grasshopper_files import canvas_objects
 from grasshopper_files.archive import Chunk, decode_archive, encode_archive
 from grasshopper_files.components import read_component, script_text
 from grasshopper_files.examples import EXAMPLES
@@ -70,6 +71,33 @@ def test_what_is_grouped_is_there_and_every_component_is_in_a_group(workflow: Ch
     assert all(group.get("NickName")[0].isdigit() for group in groups)
     assert set(grouped) <= {one.id for one in objects}
     assert {one.id for one in objects if one.is_component} <= set(grouped)
+
+
+@pytest.mark.parametrize("name", ["weave_workflow", *EXAMPLES])
+def test_no_object_and_no_group_lies_on_another(name: str, files: dict[str, bytes]) -> None:
+    objects = objects_of(decode_archive(files[f"{name}.gh"]))
+    boxes = {o.id: o.container.chunk("Attributes").get("Bounds") for o in objects if o.kind != canvas_objects.GROUP}
+    groups = {}
+    for group in (o.container for o in objects if o.kind == canvas_objects.GROUP):
+        members = [str(group.get("ID", index=i)) for i in range(group.get("ID_Count"))]
+        groups[group.get("NickName")] = around([boxes[one] for one in members])
+        boxes = {one: box for one, box in boxes.items() if one not in members}
+    assert len(boxes) == 1, "all but the title are in a group"
+    assert [
+        (one, other) for one in groups for other in groups if one < other and overlap(groups[one], groups[other])
+    ] == []
+    assert [name for name in groups for title in boxes.values() if overlap(groups[name], title)] == []
+
+
+def around(boxes: list[tuple[float, ...]]) -> tuple[float, ...]:
+    """The box around some boxes, with the rim and the label that a group has."""
+    left, top = min(x for x, *_ in boxes) - 16, min(y for _, y, *_ in boxes) - 40
+    right, bottom = max(x + w for x, _, w, _ in boxes) + 16, max(y + h for _, y, _, h in boxes) + 24
+    return left, top, right - left, bottom - top
+
+
+def overlap(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    return all(a < b + length and b < a + size for a, b, size, length in zip(one, other, one[2:], other[2:]))
 
 
 def test_every_script_is_that_of_its_folder_and_fits_its_parameters(workflow: Chunk) -> None:
@@ -199,6 +227,20 @@ def test_the_sample_inside_is_the_sample_file(workflow: Chunk) -> None:
     found = pipeline.surface_from(mesh)
     assert np.array_equal(found.vertices, expected.vertices)
     assert np.array_equal(found.faces, expected.faces)
+
+
+def test_the_guide_shows_each_component_as_it_is_now() -> None:
+    folder, guide = write_guide.COMPONENT_PICTURES, write_guide.GUIDE.read_text("utf-8")
+    drawn = write_guide.component_pictures()
+    assert {path.name: path.read_text("utf-8") for path in folder.iterdir()} == drawn
+    assert sorted(drawn) == [f"{name}.svg" for name in NAMES]
+    assert sum(map(len, drawn.values())) < 300_000
+    for name in NAMES:
+        one, picture = read_component(COMPONENTS / name), drawn[f"{name}.svg"]
+        assert f"(images/components/{name}.svg)" in guide
+        for text in (*(p["nickname"] for p in [*one.inputs, *one.outputs]), f"{one.name} ({one.metadata['nickname']})"):
+            assert f">{text}</text>" in picture, (name, text)
+        assert picture.count("<circle") == len(one.inputs) + len(one.outputs)
 
 
 def test_the_guide_has_the_picture_and_the_tables_of_now() -> None:

@@ -232,3 +232,14 @@ def test_curves_that_rhino_holds_are_drawn_by_rhino():
     assert [how[0] for how in asked] == pytest.approx([1e-3, 1e-2])
     with pytest.raises(Degenerate, match="Rhino makes no polyline"):
         curve_from(net_curve(None, []))
+
+
+def test_arcs_and_rectangles_of_rhino_are_made_curves_first():
+    drawn = SimpleNamespace(PointCount=2, Point=lambda i: make.point(float(i), 0.0, 0.0))
+    curve = net_curve(drawn, [])
+    arc = SimpleNamespace(GetType=None, BoundingBox=lambda: None, ToNurbsCurve=lambda: curve)
+    rectangle = SimpleNamespace(GetType=None, BoundingBox=None, ToPolyline=lambda: None, ToNurbsCurve=lambda: curve)
+    for structure in (arc, rectangle):
+        assert curve_from(structure).tolist() == [[0, 0, 0], [1, 0, 0]]
+    with pytest.raises(Degenerate, match="Rhino makes no polyline of this SimpleNamespace"):
+        curve_from(SimpleNamespace(GetType=None, ToNurbsCurve=lambda: None))

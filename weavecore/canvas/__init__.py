@@ -9,7 +9,18 @@ from weavecore.canvas.baking import bake_rods
 from weavecore.canvas.choosing import ChosenRow, choose_row
 from weavecore.canvas.cutting import CutResults, draw_cut_list
 from weavecore.canvas.deconstructing import LatticeParts, WeaveParts, draw_lattice_parts, draw_weave_parts
-from weavecore.canvas.inputs import chosen, diameters, named, numbers, plain, read_curves, read_geometry
+from weavecore.canvas.inputs import (
+    USUAL_STYLE,
+    chosen,
+    diameters,
+    named,
+    numbers,
+    plain,
+    read_curves,
+    read_factors,
+    read_geometry,
+    style_or_none,
+)
 from weavecore.canvas.measuring import Measures, measure, measures_caption
 from weavecore.canvas.previewing import COLOURS, PreviewResults, draw_preview
 from weavecore.canvas.results import (
@@ -21,6 +32,7 @@ from weavecore.canvas.results import (
     draw_lattice,
     draw_rods,
     draw_surface,
+    remark_of_grading,
     warn_of_doubts,
 )
 from weavecore.canvas.simulating import (
@@ -38,11 +50,16 @@ from weavecore.fabricating.workshop import SPLICES
 from weavecore.linking.link import PATTERN_NAMES
 from weavecore.pipeline import METHODS
 from weavecore.weaving.bending import known_materials
+from weavecore.weaving.layers import PLAIN, STACKED
+
+STYLES = (USUAL_STYLE, STACKED, PLAIN, "twill 2/2", "twill 3/1")
+"""Styles of over and under on the list; others are typed."""
 
 LISTS = {
     "method": METHODS,
     "pattern": PATTERN_NAMES,
     "material": known_materials(),
+    "style": STYLES,
     "supports": ("borders", "none"),
     "colour": COLOURS,
     "splice": SPLICES,
@@ -102,11 +119,14 @@ __all__ = [
     "open_page",
     "plain",
     "read_curves",
+    "read_factors",
     "read_geometry",
     "read_loads",
     "read_places",
+    "remark_of_grading",
     "report_lines",
     "solve",
+    "style_or_none",
     "unit_of",
     "warn_of_doubts",
     "write_value",

@@ -20,6 +20,9 @@ from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import plane_from
 from weavecore.units import METRES, Length
 
+USUAL_STYLE = "usual"
+"""The style of over and under that goes with a pattern, on a list beside the others."""
+
 
 def read_geometry(
     run: Run,
@@ -184,6 +187,37 @@ def numbers(values: Any, label: str = "spacing") -> Union[float, list[float], No
     return found if len(found) > 1 else found[0] if found else None
 
 
+def read_factors(points: Any, factors: Any) -> list[tuple[Floats, float]]:
+    """Points with factors of the spacing; the last factor is taken for the points that have none.
+
+    Parameters
+    ----------
+    points, factors : None or iterable
+        Points of Rhino or ids of such objects, and numbers.
+
+    Returns
+    -------
+    list of ((3,), float)
+
+    Raises
+    ------
+    Unsupported
+        Where there are points without factors, more factors than points, or one of them is neither.
+    """
+    places = [coordinates(referenced(value)) for value in _items(points)]
+    values = [_number(value, "factors") for value in _items(factors)]
+    if any(place is None for place in places):
+        raise Unsupported("The points must be points", remedy="Wire points to points, and factors to factors.")
+    if bool(places) != bool(values):
+        raise Unsupported("Points need factors, and factors points", remedy="Wire both, or none.")
+    if len(values) > len(places):
+        raise Unsupported(
+            f"There are {len(values)} factors for {len(places)} points", remedy="Wire a point for each factor."
+        )
+    values += values[-1:] * (len(places) - len(values))
+    return [(place, value) for place, value in zip(places, values) if place is not None]
+
+
 def diameters(values: Any) -> Optional[list[float]]:
     """The stock diameters that come to an input of list access.
 
@@ -291,6 +325,17 @@ def plain(text: Optional[str]) -> Optional[str]:
     text : str, optional
     """
     return (text or "").strip().strip('"').lower() or None
+
+
+def style_or_none(text: Optional[str]) -> Optional[str]:
+    """The style of over and under; None where there is no text, or it asks for the usual one of the pattern.
+
+    Parameters
+    ----------
+    text : str, optional
+    """
+    style = plain(text)
+    return None if style == USUAL_STYLE else style
 
 
 def named(value: Optional[str], names: Sequence[str], label: str) -> Optional[str]:

@@ -15,6 +15,9 @@ from weavecore.canvas.caching import ComponentCache
 _DELAY = 5
 """Milliseconds after the solution."""
 
+_LAST = 2**31 - 1
+"""Place among the objects of a document behind all others."""
+
 _LEFT, _HEIGHT = 190.0, 26.0
 """How far left of the component lists stand, and how far from one to the next, in pixels."""
 
@@ -53,6 +56,6 @@ def _add_lists(document: Any, component: Any, lists: Mapping[str, Sequence[str]]
             made.ListItems.Add(special.GH_ValueListItem(value, f'"{value}"'))
         made.SelectItem(0)
         made.Attributes.Pivot = point(bounds.Left - _LEFT, bounds.Bottom + _HEIGHT * i)
-        document.AddObject(made, False)
+        document.AddObject(made, False, _LAST)
         parameter.AddSource(made)
     component.ExpireSolution(False)

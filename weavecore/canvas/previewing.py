@@ -48,16 +48,18 @@ class PreviewResults(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Pipes:
-    """Rings of points about all samples (N, sides, 3), rods as ranges of samples, and the step that sets each rod."""
+    """Rings of points about all samples (N, sides, 3), rods as ranges of samples, and the middle of each rod."""
 
     rings: Floats
     offsets: Ints
     middles: Floats
-    step: Ints
 
 
 _made: WeakKeyDictionary[Any, dict[float, _Pipes]] = WeakKeyDictionary()
 """Pipes of weaves by their amplitude: a slider through the steps makes none anew."""
+
+_steps: WeakKeyDictionary[Weave, Ints] = WeakKeyDictionary()
+"""The step that sets each rod: found once, where steps are asked for."""
 
 
 def draw_preview(
@@ -100,9 +102,9 @@ def draw_preview(
     pipes = kept[factor]
     n_steps = len(weave)
     last = n_steps if step is None else min(max(step, 0), n_steps)
-    shown = np.flatnonzero(pipes.step < last)
+    shown = np.arange(n_steps) if last == n_steps else np.flatnonzero(_steps_of(weave) < last)
     run.progress(0.5, "drawing")
-    colours = _colours(value, by, pipes.step)
+    colours = _colours(value, by)
     names = [weave.ids[s] for s in shown.tolist()]
     places = run.drawing.points(pipes.middles[shown])
     dot = import_module("Rhino.Geometry").TextDot
@@ -147,10 +149,16 @@ def _pipes_of(weave: Weave, at_rest: Optional[Equilibrium], amplitude: float) ->
     angle = 2 * np.pi * np.arange(_SIDES) / _SIDES
     rings = np.cos(angle)[:, None] * across[:, None] + np.sin(angle)[:, None] * upward[:, None]
     rings = points[:, None] + weave.diameters[rod, None, None] / 2.0 * rings
-    sequence = find_sequence(weave)
-    step = np.empty(len(weave), np.int64)
-    step[sequence.strand] = np.arange(len(weave))
-    return _Pipes(rings, bounds, middles, step)
+    return _Pipes(rings, bounds, middles)
+
+
+def _steps_of(weave: Weave) -> Ints:
+    """(S,) the step of the construction that sets each rod."""
+    if weave not in _steps:
+        step = np.empty(len(weave), np.int64)
+        step[find_sequence(weave).strand] = np.arange(len(weave))
+        _steps[weave] = step
+    return _steps[weave]
 
 
 def _tangents(points: Floats, offsets: Ints) -> Floats:
@@ -184,13 +192,13 @@ def _along(at: Floats, known_at: Floats, known: Floats) -> Floats:
     return np.stack([np.interp(at, known_at, column) for column in known.T], axis=1)
 
 
-def _colours(value: Union[Weave, Equilibrium], by: str, step: Ints) -> Ints:
+def _colours(value: Union[Weave, Equilibrium], by: str) -> Ints:
     """(S, 3) colour of each rod, of few different ones."""
     weave = _weave_of(value)
     if by == "family":
         return np.array([WOVEN[name[0]] for name in weave.ids], np.int64).reshape(-1, 3)
     if by == "step":
-        return np.asarray(latitude_colours(step * _SHADES // max(len(weave), 1), _SHADES))
+        return np.asarray(latitude_colours(_steps_of(weave) * _SHADES // max(len(weave), 1), _SHADES))
     at_rest = value.greatest_of_rods(value.utilisation) if isinstance(value, Equilibrium) else None
     used = weave.bending.utilisation if at_rest is None else at_rest
     return np.asarray(utilisation_colours(np.round(np.clip(used, 0.0, 1.0) * _SHADES) / _SHADES))

@@ -131,6 +131,20 @@ def warn_of_doubts(run: Run, surface: SurfaceMesh, *, known: Iterable[Note] = ()
     return doubts
 
 
+def remark_of_grading(run: Run, surface: SurfaceMesh) -> None:
+    """Put up a remark where the factors of a spacing vary along a ring.
+
+    Parameters
+    ----------
+    run : Run
+    surface : SurfaceMesh
+        That of the latitudes.
+    """
+    for note in surface.notes:
+        if note.code == "GRADED":
+            run.remark(f"{note.code}: {note.text}")
+
+
 def draw_latitudes(run: Run, latitudes: Latitudes) -> LatitudeResults:
     """Draw latitudes as curves, with the parents of each.
 

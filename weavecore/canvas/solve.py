@@ -48,8 +48,11 @@ _COMPARED_BY = (
     ("From", "To"),
     ("StartPoint", "MidPoint", "EndPoint"),
     ("Plane", "Radius"),
+    ("Plane", "Radius1", "Radius2"),
+    ("Plane", "X", "Y"),
+    ("T0", "T1"),
 )
-"""Attributes that define Rhino's structures: points, planes, lines, arcs and circles."""
+"""Attributes that define Rhino's structures: points, planes, lines, arcs, circles, ellipses, rectangles, intervals."""
 
 _known: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
 """Hashes of weavecore's values, which never change."""

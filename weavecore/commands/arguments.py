@@ -1,6 +1,7 @@
 """Parsers of typed arguments: lengths, planes, names; and the options that several commands share."""
 # ruff: noqa: FA100 - typer reads the annotations, on Python 3.9 only where they are not strings.
 
+import math
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -125,6 +126,40 @@ def numbers_of(text: str) -> Numbers:
     if not all(part.isdecimal() for part in parts):
         raise typer.BadParameter(f"{text!r} is not a list of numbers; give them as weavecore info lists them: 0,2")
     return Numbers(tuple(int(part) for part in parts))
+
+
+@dataclass(frozen=True)
+class SpacingFactor:
+    """A factor of the spacing near a point, as it is typed."""
+
+    point: tuple[float, float, float]
+    factor: float
+
+
+def spacing_factor(text: str) -> SpacingFactor:
+    """Parse a point and the factor of the spacing there.
+
+    Parameters
+    ----------
+    text : str
+        Four numbers between commas: ``0,0,300,0.5``.
+
+    Returns
+    -------
+    SpacingFactor
+
+    Raises
+    ------
+    typer.BadParameter
+        Where they are not four finite numbers, or the factor is not positive.
+    """
+    try:
+        x, y, z, factor = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = z = factor = -math.inf
+    if not all(map(math.isfinite, (x, y, z, factor))) or factor <= 0:
+        raise typer.BadParameter(f"{text!r} is not a point with a positive factor; give x,y,z,factor: 0,0,300,0.5")
+    return SpacingFactor((x, y, z), factor)
 
 
 @dataclass(frozen=True)
@@ -294,6 +329,26 @@ Borders = Annotated[
         parser=numbers_of,
         metavar="NUMBERS",
         help="Borders that the rings start from, by their numbers in weavecore info: 0,2; by default all.",
+    ),
+]
+SpacingFactors = Annotated[
+    Optional[list[SpacingFactor]],
+    typer.Option(
+        "--spacing-at",
+        parser=spacing_factor,
+        metavar="X,Y,Z,FACTOR",
+        help="Factor of the spacing near a point: 0,0,300,0.5 makes rings denser there, each by the mean along it; may "
+        "be given several times.",
+    ),
+]
+Reach = Annotated[
+    Optional[Length],
+    typer.Option(
+        "--reach",
+        parser=length,
+        metavar="LENGTH",
+        help="Distance at which a factor of --spacing-at has half of its effect; by default a quarter of the surface's "
+        "extent.",
     ),
 ]
 CurveNames = Annotated[

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Callable, Optional
+from typing import TYPE_CHECKING, Annotated, Any, Callable, Optional
 
 import typer
 
@@ -19,8 +19,11 @@ from weavecore.commands.arguments import (
     ObjectNames,
     Overwrite,
     Quiet,
+    Reach,
     RodDiameters,
     Side,
+    SpacingFactor,
+    SpacingFactors,
     Strict,
     TimeLimit,
     Weld,
@@ -130,6 +133,8 @@ def weave(
     cut_plane: CutPlane = None,
     borders: Borders = None,
     curve: CurveNames = None,
+    spacing_at: SpacingFactors = None,
+    reach: Reach = None,
     weld: Weld = None,
     fill_holes: FillHoles = None,
     largest: Largest = False,
@@ -149,8 +154,7 @@ def weave(
 
         pipeline.check_outputs(targets, overwrite=overwrite, inputs=[input_file])
         show_progress(0.0, "reading")
-        if spacing is None and edge is not None:
-            spacing = Lengths((replace(edge, value=pipeline.spacing_for_edges(edge.value, pattern=pattern)),))
+        spacing = spacing or _spacing_for(edge, pattern)
         surface = read_input(
             input_file,
             layers=layer,
@@ -164,8 +168,8 @@ def weave(
             borders=borders.values if borders else None,
             curves=curve,
         )
-        progress = part_of(show_progress, 0.1, 0.5)
-        latitudes = _offset(surface, spacing, method=method, strict=strict, progress=progress)
+        field = _spacing_field(spacing_at, reach, surface.unit)
+        latitudes = _offset(surface, spacing, field, method=method, strict=strict, progress=show_progress)
         lattice = pipeline.link(
             latitudes,
             edge_length=edge.in_unit(surface.unit) if edge else None,
@@ -194,6 +198,7 @@ def weave(
             cut_plane=cut_plane.numbers if cut_plane else None,
             borders=borders.values if borders else None,
             curves=[printable(name) for name in curve or ()] or None,
+            **field,
         )
         pipeline.export_together(
             woven, targets, overwrite=overwrite, parameters=parameters, progress=part_of(show_progress, 0.85, 1.0)
@@ -204,9 +209,25 @@ def weave(
         show_lines([(label, text + notes.get(label, "")) for label, text in lines] + written_line(targets))
 
 
+def _spacing_for(edge: Optional[Length], pattern: str) -> Optional[Lengths]:
+    """The spacing that goes with an edge, where one is given."""
+    from weavecore import pipeline
+
+    if edge is None:
+        return None
+    return Lengths((replace(edge, value=pipeline.spacing_for_edges(edge.value, pattern=pattern)),))
+
+
+def _spacing_field(factors: Optional[list[SpacingFactor]], reach: Optional[Length], unit: str) -> dict[str, Any]:
+    """What is given of the points with factors and of their reach, as `weavecore.offset` takes it."""
+    field: dict[str, Any] = {"factors": [(one.point, one.factor) for one in factors]} if factors else {}
+    return {**field, "reach": reach.in_unit(unit)} if reach else field
+
+
 def _offset(
     surface: "SurfaceMesh",
     spacing: Optional[Lengths],
+    field: dict[str, Any],
     *,
     method: str,
     strict: bool,
@@ -216,7 +237,8 @@ def _offset(
     from weavecore import pipeline
 
     wanted = spacing.in_unit(surface.unit) if spacing else None
-    latitudes = pipeline.offset(surface, spacing=wanted, method=method, progress=progress)
+    progress = part_of(progress, 0.1, 0.5)
+    latitudes = pipeline.offset(surface, spacing=wanted, method=method, progress=progress, **field)
     if strict:
         pipeline.refuse_doubts(latitudes.surface)
     return latitudes

@@ -25,6 +25,7 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
         "CUT": "closed parts cut in two",
         "DROPPED": "faces or vertices left out: without area, repeated, or used by no face",
         "FILLED": "holes closed, as asked for or because they are far smaller than the spacing",
+        "GRADED": "spacing factors that vary along a ring, which takes their mean",
         "JOINED": "objects joined to one surface",
         "LEFT_OUT": "parts left out as asked for",
         "PHASE": "the nearest spacing at which fewer rods would end where two fronts meet",

@@ -23,7 +23,13 @@ from weavecore.reading.formats.mesh_file import read_bytes
 from weavecore.reading.formats.rhino_3dm import CURVE, IN_BLOCK, RhinoDocument, RhinoObject, open_document
 from weavecore.reading.nurbs_mesher.brep_shape import nurbs_curve
 from weavecore.reading.sandbox import call_guarded, limits_for
-from weavecore.rhino_geometry import curve_in_rhino_points, is_curve_in_rhino, is_rhino_curve, line_points
+from weavecore.rhino_geometry import (
+    curve_in_rhino,
+    curve_in_rhino_points,
+    is_curve_in_rhino,
+    is_rhino_curve,
+    line_points,
+)
 from weavecore.units import METRES
 
 RHINO = ".3dm"
@@ -209,8 +215,9 @@ def curve_from(geometry: Any, *, tolerance: float = 0.0) -> Floats:
     if ends is not None:
         return ends
     if is_curve_in_rhino(geometry):
-        box = geometry.BoundingBox if hasattr(geometry, "BoundingBox") else geometry.GetBoundingBox(False)
-        return curve_in_rhino_points(geometry, _sampling_tolerance(float(box.Diagonal.Length), tolerance))
+        curve = curve_in_rhino(geometry)
+        size = float(curve.GetBoundingBox(False).Diagonal.Length)
+        return curve_in_rhino_points(curve, _sampling_tolerance(size, tolerance))
     if is_rhino_curve(geometry):
         form = nurbs_curve(geometry)
         size = float(np.linalg.norm(np.ptp(form.points[:, :3] / form.points[:, 3:], axis=0)))

@@ -6,6 +6,7 @@ there is only rhino3dm.  .NET arrays are copied as blocks of memory in double pr
 """
 
 from weavecore.rhino_geometry.conversion import (
+    curve_in_rhino,
     curve_in_rhino_points,
     is_curve_in_rhino,
     is_rhino_curve,
@@ -23,6 +24,7 @@ from weavecore.rhino_geometry.net_arrays import rows_from
 __all__ = [
     "DocumentUnit",
     "Drawing",
+    "curve_in_rhino",
     "curve_in_rhino_points",
     "document_unit",
     "is_curve_in_rhino",

@@ -143,12 +143,35 @@ def line_points(geometry: Any) -> Floats | None:
     return rows_from([geometry.From, geometry.To], "XYZ") if _is_line(geometry) else None
 
 
+def curve_in_rhino(geometry: Any) -> Any:
+    """A curve of RhinoCommon from a curve, or from a structure such as an arc, ellipse, rectangle or polyline.
+
+    Parameters
+    ----------
+    geometry : Rhino.Geometry.Curve, Arc, Ellipse…
+
+    Returns
+    -------
+    Rhino.Geometry.Curve
+
+    Raises
+    ------
+    Degenerate
+        Where Rhino makes none of it.
+    """
+    # Structures have methods of the same names with other arguments: Arc.BoundingBox(), Rectangle3d.ToPolyline().
+    form = geometry if hasattr(geometry, "GetBoundingBox") else geometry.ToNurbsCurve()
+    if form is None:
+        raise _no_polyline(geometry)
+    return form
+
+
 def curve_in_rhino_points(curve: Any, tolerance: float) -> Floats:
     """Points along a curve of RhinoCommon.
 
     Parameters
     ----------
-    curve : Rhino.Geometry.Curve, Line, Arc…
+    curve : Rhino.Geometry.Curve
     tolerance : float
         Distance of the curve from the lines between the points at most, in the model's unit.
 
@@ -161,18 +184,18 @@ def curve_in_rhino_points(curve: Any, tolerance: float) -> Floats:
     Degenerate
         Where Rhino makes no polyline of it.
     """
-    ends = line_points(curve)
-    if ends is not None:
-        return ends
-    form = curve if hasattr(curve, "ToPolyline") else curve.ToNurbsCurve()
-    drawn = form.ToPolyline(tolerance, _ANGLE, 0.0, 0.0) if form is not None else None
+    drawn = curve.ToPolyline(tolerance, _ANGLE, 0.0, 0.0)
     if drawn is None:
-        raise Degenerate(
-            f"Rhino makes no polyline of this {type(curve).__name__}",
-            remedy="Look with Rhino's command Check at what is wrong with it.",
-        )
+        raise _no_polyline(curve)
     points: Floats = np.asarray(rows_from([drawn.Point(i) for i in range(drawn.PointCount)], "XYZ"), np.float64)
     return points
+
+
+def _no_polyline(geometry: Any) -> Degenerate:
+    return Degenerate(
+        f"Rhino makes no polyline of this {type(geometry).__name__}",
+        remedy="Look with Rhino's command Check at what is wrong with it.",
+    )
 
 
 def _is_line(geometry: Any) -> bool:

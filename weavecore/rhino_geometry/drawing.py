@@ -1,6 +1,6 @@
 """`Drawing`: arrays as Rhino's curves, points, lines and meshes.
 
-With RhinoCommon whole arrays are handed over; rhino3dm takes points one by one, which its own calls do fastest.
+With RhinoCommon whole arrays are handed over, meshes as archives with rhino3dm; other points go one by one.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any, Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.rhino_geometry.mesh_archive import mesh_archive
 from weavecore.rhino_geometry.net_arrays import net_array
 
 
@@ -75,6 +76,12 @@ class Drawing:
 
         The colour is red, green and blue in 0…255.
         """
+        archive = None if self._has_arrays or not len(points) else mesh_archive(self._library)
+        if archive is not None:
+            content = archive.encode(points, quads, None if colour is None else (colour[0], colour[1], colour[2]))
+            decoded = self._library.CommonObject.Decode(content)
+            decoded.Normals.ComputeNormals()
+            return decoded
         mesh = self._library.Mesh()
         if self._has_arrays:
             mesh.Vertices.UseDoublePrecisionVertices = True
@@ -101,6 +108,8 @@ class Drawing:
 
 def _library() -> Any:
     try:
-        return import_module("Rhino.Geometry")
+        geometry = import_module("Rhino.Geometry")
     except ImportError:
         return import_module("rhino3dm")
+    # Stubs for editors are packages of the same name without anything in them.
+    return geometry if hasattr(geometry, "Mesh") else import_module("rhino3dm")
