@@ -36,7 +36,7 @@ from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_na
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
-from weavecore.weaving.strands import darts_at, find_strands
+from weavecore.weaving.strands import darts_at, families_along, find_strands
 
 _MOST_BREAK_ROUNDS = 3
 """A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
@@ -259,6 +259,8 @@ class _Weaver:
                     return bent
                 cuts = np.concatenate([bent.cuts, darts_at(self.lattice, bent.strands, breaks)])
                 strands = find_strands(self.lattice, cuts) if found_anew else break_strands(bent.strands, breaks)
+                # A piece may run along a ring alone.
+                strands = replace(strands, family=families_along(strands, self.lattice))
                 bent = replace(self.bend(strands, bent.by_family, like=bent), cuts=cuts)
         return bent
 
