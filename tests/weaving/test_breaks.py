@@ -5,6 +5,8 @@ import numpy as np
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL
 from weavecore.model.strands import Strands
 from weavecore.weaving.breaks import break_strands, find_breaks
+from weavecore.weaving.strands import families_along
+from woven_tube import tube_lattice, tube_strands
 
 
 def strands_of(*rows: list[int], closed: tuple[bool, ...]) -> Strands:
@@ -51,3 +53,15 @@ def test_no_piece_is_left_with_fewer_than_four_joints() -> None:
         rod = strands_of(list(range(n)), closed=(bool(n % 2),))
         pieces = break_strands(rod, find_breaks(rod, rng.uniform(0.2, 1.2, n), np.ones(1)))
         assert np.diff(pieces.offsets).min() >= 4
+
+
+def test_a_piece_along_a_ring_alone_is_latitudinal() -> None:
+    lattice, strands = tube_lattice(), tube_strands()
+    ring = next(strands.strand(s) for s in range(len(strands)) if strands.closed[s]).tolist()
+    link = next(edge for edge, family in zip(lattice.edges.tolist(), lattice.edge_family) if family == LONGITUDINAL)
+    on_ring = next(k for k in (0, 1) if lattice.node_latitude[link[k]] == lattice.node_latitude[ring[0]])
+    turned = np.roll(ring, 3 - ring.index(link[on_ring])).tolist()
+    rod = strands_of([*turned[:4], link[1 - on_ring]], closed=(False,))
+    pieces = break_strands(rod, np.arange(5) == 3)
+    assert families_along(rod, lattice).tolist() == [LONGITUDINAL]
+    assert families_along(pieces, lattice).tolist() == [LATITUDINAL, LONGITUDINAL]

@@ -35,6 +35,7 @@ from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side
 from weavecore.linking.band_boundaries import BandBoundaries, OpenMesh, open_mesh, trace_band_boundaries
 from weavecore.linking.free_borders import FreeBorderNodes, PolylineEnd
 from weavecore.model.latitudes import Latitudes
+from weavecore.model.notes import at
 from weavecore.polling import each
 from weavecore.texts import rough_count
 
@@ -133,10 +134,13 @@ def _with_short_edges(mesh: BandMesh, longest: float) -> BandMesh:
     mesh = _refined(mesh, *divide_needles(mesh.points, mesh.triangles, longest))
     n_expected = expected_bisections(mesh.points, mesh.triangles, longest) / _TRIANGLES_PER_POINT
     if n_expected > MOST_POINTS:
+        corners = mesh.points[mesh.triangles]
+        widest = corners[np.ptp(corners, axis=1).max(1).argmax()].mean(0)
         raise TooMuchWork(
             f"Pockets in triangles with edges of {longest:.4g} at most would have about {rough_count(n_expected)} "
-            f"points, more than {MOST_POINTS:,}",
+            f"points, more than {MOST_POINTS:,}; the largest triangle lies near {at(widest)}",
             remedy="Use longer edges or a larger spacing.",
+            points=[widest.tolist()],
         )
     return _refined(mesh, *bisect_long_edges(mesh.points, mesh.triangles, longest))
 

@@ -36,6 +36,7 @@ from weavecore.geometry.bisection import unique_edges
 from weavecore.linking.band_mesh import MOST_POINTS, BandMesh, mesh_bands, split_edges_of
 from weavecore.linking.free_borders import FreeBorderNodes
 from weavecore.model.latitudes import Latitudes
+from weavecore.model.notes import at
 from weavecore.polling import poll
 
 STEINER_DEPTH = 0.7
@@ -175,11 +176,13 @@ def _check_refinement(mesh: BandMesh, graph: EdgeGraph, coarse: Bools, n_vain: i
     """Refuse to bisect edges once more after ``n_vain`` rounds in vain, or so many that memory would not suffice."""
     if n_vain < _MOST_VAIN_ROUNDS and len(mesh.points) + int(coarse.sum()) <= MOST_POINTS:
         return
+    where = mesh.points[graph.a[coarse][0]]
     raise TooMuchWork(
-        "A pocket needs a node where it is too narrow for one",
+        f"A pocket needs a node near {at(where)}, where it is too narrow for one",
         remedy="Use a smaller edge length or another spacing.",
         ids=np.unique(mesh.band[graph.a[coarse]]).tolist(),
         kind="band",
+        points=[where.tolist()],
     )
 
 

@@ -38,7 +38,7 @@ NOTE_CODES: Mapping[str, str] = MappingProxyType(
         "BORDERS": "the mesh has another number of borders than the object",
         "COARSE": "the spacing exceeds the thickness or a fold's width; inverted faces; edges far off or too short",
         "COINCIDENT": "faces that lie on other faces",
-        "CROSSING": "parts of the surface pass through each other, or so close that their rods run into each other",
+        "CROSSING": "parts of the surface that pass through each other, or lie on each other beside a sharp fold",
         "FAR": "coordinates so far from the origin that their steps can be seen in the edges",
         "GAP": "borders that run close to each other, but not within the tolerance; faces apart from their edges",
         "SCRAPS": "pieces far smaller than the largest",

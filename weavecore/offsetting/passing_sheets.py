@@ -1,8 +1,9 @@
-"""Where parts of a surface pass through each other, or so close that their latitudes cross.
+"""Where parts of a surface pass through each other, or lie so close to each other that their latitudes cross.
 
-On the surface no two latitudes cross.  In space they do where the surface passes through itself or lies on itself: the
-rods there would run into each other.  Two segments cross where, seen along the normal of the face of a, the ends c and
-d of one lie on different sides of the other, and the two are apart by less than half of the longer one::
+On the surface no two latitudes cross.  In space they do where the surface passes through itself, or lies on itself
+beside a sharp fold: the rods there would run into each other.  Two segments cross where, seen along the normal of the
+face of a, the ends c and d of one lie on different sides of the other, and the two are apart by less than half of the
+longer one::
 
             c
             │
@@ -56,10 +57,9 @@ def note_crossings(latitudes: Latitudes) -> Latitudes:
     if len(places) == 0:
         return latitudes
     some = "in 1 place" if len(places) == 1 else f"in {len(places):,} places"
-    text = (
-        f"Polylines cross {some}, first at {at(places[0])}: parts of the surface pass through each other there, or so "
-    )
-    text += "close that their rods run into each other. Move them apart, or leave one of them out."
+    text = f"Polylines cross {some} as seen along the surface, first at {at(places[0])}: parts of it pass through "
+    text += "each other there, or lie on each other beside a sharp fold, and their rods run into each other. Move them "
+    text += "apart, open the fold, or leave one of them out."
     note = Note("CROSSING", text, {"count": len(places)}, places)
     return replace(latitudes, surface=replace(latitudes.surface, notes=(*latitudes.surface.notes, note)))
 

@@ -91,6 +91,19 @@ def darts_at(lattice: Lattice, strands: Strands, visits: Bools) -> Ints:
     return np.stack(pairs, axis=1)
 
 
+def families_along(strands: Strands, lattice: Lattice) -> Ints:
+    """Family (S,) of each strand by its edges: theirs, or longitudinal if they have several.
+
+    Parameters
+    ----------
+    strands : Strands
+    lattice : Lattice
+    """
+    before, after = steps_along(strands)
+    edge = edges_between(lattice.edges, strands.nodes[before], strands.nodes[after])
+    return _families(lattice.edge_family[edge], rows_of(strands.offsets)[before], len(strands))
+
+
 def _families(family: Ints, chain: Ints, count: int) -> Ints:
     """Family (count,) of each chain of darts: that of all of its edges, or longitudinal if there is more than one."""
     least, most = np.full(count, POCKET), np.full(count, LATITUDINAL)

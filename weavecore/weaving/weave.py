@@ -38,7 +38,7 @@ from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_na
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
-from weavecore.weaving.strands import darts_at, find_strands, steps_along
+from weavecore.weaving.strands import darts_at, families_along, find_strands, steps_along
 
 _MOST_BREAK_ROUNDS = 3
 """A break takes the bend out of the spans beside it and may leave the next ones sharp: further rounds find them."""
@@ -284,6 +284,8 @@ class _Weaver:
                     if found_anew
                     else break_strands(bent.strands, breaks)
                 )
+                # A piece may run along a ring alone.
+                strands = replace(strands, family=families_along(strands, self.lattice))
                 bent = replace(self.bend(strands, bent.by_family, like=bent), cuts=cuts)
         return bent
 
