@@ -523,7 +523,7 @@ def fabricate(
         weave = with_overhangs(weave, overhang / scale)
     made = fabricate_weave(
         weave,
-        find_sequence(weave),
+        find_sequence(weave, spread=at_rest.spread if at_rest else ()),
         scale=scale,
         workshop=shop,
         source=source,
@@ -559,7 +559,8 @@ def _picture_of(product: Product) -> bytes:
 
 
 def _page_of(product: Product) -> bytes:
-    sequence = None if product.weave is None else find_sequence(product.weave)
+    spread = product.equilibrium.spread if product.equilibrium else ()
+    sequence = None if product.weave is None else find_sequence(product.weave, spread=spread)
     strands = product.strands
     if strands is None and product.lattice is not None:
         strands = find_strands(product.lattice)

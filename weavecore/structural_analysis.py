@@ -7,7 +7,7 @@ from typing import Any, Callable, Optional, Union
 
 import numpy as np
 
-from weavecore.errors import Unsupported
+from weavecore.errors import NotConverged, Unsupported
 from weavecore.exporting.handover_file import encode_handover
 from weavecore.exporting.registry import encode
 from weavecore.exporting.replay_json import encode_replay
@@ -20,7 +20,7 @@ from weavecore.polling import pollable
 from weavecore.reading import read_result
 from weavecore.simulating.boundary import Loads, Supports
 from weavecore.simulating.compensate import compensate_weave
-from weavecore.simulating.hold import hold_until_within
+from weavecore.simulating.hold import hold_until_within, nodes_to_hold
 from weavecore.simulating.replay import MOST_STEPS, improve_sequence, replay_sequence
 from weavecore.simulating.simulate import SEGMENTS, simulate_weave
 from weavecore.simulating.work import check_work
@@ -111,7 +111,19 @@ def simulate(
 
     if within is None:
         return at_rest(supports)
-    return hold_until_within(at_rest, within, released=at_rest("none", Loads()))
+    metres = millimetres_in(weave.lattice.latitudes.surface.unit, unit) / 1000.0
+    none = np.zeros(weave.lattice.n_nodes, bool)
+    try:
+        released: Optional[Equilibrium] = at_rest("none", Loads())
+    except NotConverged:
+        released = None
+    return hold_until_within(
+        at_rest,
+        within,
+        weave=weave,
+        released=released,
+        choose=lambda: nodes_to_hold(weave, within, is_held=none, loads=loads, metres=metres),
+    )
 
 
 @pollable

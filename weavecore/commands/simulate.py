@@ -1,6 +1,7 @@
 """``weavecore simulate``: where a weave comes to rest, and the forces in it."""
 # ruff: noqa: FA100 - typer reads the annotations, which on Python 3.9 it can do only where they are no texts.
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Optional
 
@@ -174,6 +175,10 @@ def simulate(
                 buckling=buckling,
                 progress=tell_part,
             )
+        lines: Lines = []
+        if sequence is not None:
+            options = {"improve": improve_sequence, "gravity": gravity, "unit": unit}
+            equilibrium, lines = _replay(equilibrium, sequence, options, overwrite=overwrite, tell=tell)
         pipeline.export_together(equilibrium, targets, overwrite=overwrite, progress=part_of(tell, 0.9, 1.0))
         if tables is not None:
             pipeline.write_equilibrium_tables(
@@ -181,10 +186,8 @@ def simulate(
             )
         if handover is not None:
             pipeline.write_handover(equilibrium, handover, unit=unit, overwrite=overwrite)
-        lines = pipeline.describe(equilibrium)
+        lines = pipeline.describe(equilibrium) + lines
         if sequence is not None:
-            options = {"improve": improve_sequence, "gravity": gravity, "unit": unit}
-            lines += _replay(equilibrium, sequence, options, overwrite=overwrite, tell=tell)
             targets.append(sequence)
     if not quiet:
         written = [path for path in (*targets, tables, handover) if path is not None]
@@ -193,11 +196,14 @@ def simulate(
 
 def _replay(
     equilibrium: "Equilibrium", path: Path, options: dict[str, Any], *, overwrite: bool, tell: Progress
-) -> "Lines":
-    """Replay the building sequence with the supports of an equilibrium, and write its steps."""
+) -> tuple["Equilibrium", "Lines"]:
+    """Replay the building sequence with the supports of an equilibrium, and write its steps.
+
+    The equilibrium that is returned has the improved sequence.
+    """
     from weavecore import pipeline
 
     nodes = equilibrium.weave.lattice.nodes[equilibrium.is_supported]
     replayed = pipeline.replay(equilibrium.weave, supports=list(nodes) or "none", progress=tell, **options)
     pipeline.write_replay(replayed, path, overwrite=overwrite)
-    return pipeline.describe(replayed)
+    return replace(equilibrium, spread=replayed.spread), pipeline.describe(replayed)

@@ -288,6 +288,7 @@ def _equilibrium_entry(equilibrium: Equilibrium) -> dict[str, Any]:
             {"node": node, "force": force} for node, force in zip(held.tolist(), equilibrium.reaction[held].tolist())
         ],
         "node_loads": equilibrium.load,
+        "spread": list(equilibrium.spread),
     }
 
 

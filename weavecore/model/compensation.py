@@ -27,7 +27,8 @@ class Compensation:
     Parameters
     ----------
     weave : Weave
-        As it is to be cut and marked.  Its axes are drawn where it rests, so its lengths and marks are those to cut.
+        As it is to be cut and marked: its lengths and marks are those to cut.  It is drawn as the target, from which it
+        springs to near the first drawing.
     before : Equilibrium
         Of the weave as it was drawn.
     after : Equilibrium

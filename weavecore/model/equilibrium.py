@@ -57,6 +57,8 @@ class Equilibrium:
         Of the loads on the rods near each node, self-weight included; with the reactions they add up to 0.
     buckling_factor : float, optional
         By which the loads grow until the stiffness has a zero eigenvalue, to first order; infinite where it never has.
+    spread : tuple of int
+        Generations whose rods are set far from each other in turn, where the replay of the sequence was improved so.
     """
 
     weave: Weave
@@ -80,6 +82,7 @@ class Equilibrium:
     loads: str = "none"
     buckling_factor: Optional[float] = None
     load: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    spread: tuple[int, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Equilibrium: {len(self.weave)} rods, departure {self.departure_max:.3g}, {self.supports}>"

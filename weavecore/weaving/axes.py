@@ -85,50 +85,6 @@ class Fit:
     shift_ratios: Floats
 
 
-def lay_axes(
-    lattice: Lattice,
-    strands: Strands,
-    joints: Joints,
-    diameters: Floats,
-    *,
-    centred_on_rings: bool,
-    overhang: float = OVERHANG_DIAMETERS,
-) -> tuple[RodAxes, Floats]:
-    """Fit the axes of the rods, and find the normals along which they are shifted out of the surface.
-
-    Parameters
-    ----------
-    lattice : Lattice
-    strands : Strands
-    joints : Joints
-    diameters : (S,) float64
-        Of the rods.
-    centred_on_rings : bool
-        Whether a ring stays on the surface, with the others below and above it; else all layers of a
-        joint lie evenly about it.
-    overhang : float
-        How far open rods run on straight beyond their outermost ties, in diameters.
-
-    Returns
-    -------
-    axes : RodAxes
-    normals : (N, 3) float64
-        Unit normal at each node, common to the rods that pass it.
-    """
-    outward = surface_normals(lattice)
-    counts_overhangs = np.ones(len(joints.contacts), bool)
-    fit = fit_axes(
-        lattice,
-        strands,
-        joints,
-        diameters,
-        outward,
-        centred_on_rings=centred_on_rings,
-        counts_overhangs=counts_overhangs,
-    )
-    return draw_axes(lattice, strands, fit, overhang * diameters), fit.normals
-
-
 def fit_axes(
     lattice: Lattice,
     strands: Strands,
@@ -145,8 +101,14 @@ def fit_axes(
 
     Parameters
     ----------
-    lattice, strands, joints, diameters, centred_on_rings
-        As of `lay_axes`.
+    lattice : Lattice
+    strands : Strands
+    joints : Joints
+    diameters : (S,) float64
+        Of the rods.
+    centred_on_rings : bool
+        Whether a ring stays on the surface, with the others below and above it; else all layers of a
+        joint lie evenly about it.
     outward : (N, 3) float64
         From `surface_normals`.
     counts_overhangs : (C,) bool
@@ -184,6 +146,33 @@ def fit_axes(
         near = nodes_around(strands, near, _VISITS_MOVED)
         points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, near, 1)
     return Fit(points, rows, offsets, normals, shifts / apart)
+
+
+def refit_axes(
+    lattice: Lattice, strands: Strands, joints: Joints, diameters: Floats, *, layer_offsets: Floats, normals: Floats
+) -> Fit:
+    """Fit the axes of rods whose nodes have moved a little, in the layers in which they lie.
+
+    Parameters
+    ----------
+    lattice, strands, joints, diameters
+        As of `fit_axes`.
+    layer_offsets : (M,) float64
+        Of the axes before.
+    normals : (N, 3) float64
+        Of the axes before.
+
+    Returns
+    -------
+    Fit
+        Shifts are as before, with the room for overhangs where they have it.
+    """
+    points, rows, normals = _fit_normals(
+        lattice, strands, layer_offsets, normals, surface_normals(lattice), np.ones(lattice.n_nodes, bool), 1
+    )
+    lower, upper = joints.visit[joints.contacts].reshape(-1, 2).T
+    apart = diameters[joints.strand[joints.contacts]].mean(axis=1)
+    return Fit(points, rows, layer_offsets, normals, (layer_offsets[upper] - layer_offsets[lower]) / apart)
 
 
 def nodes_around(strands: Strands, nodes: Bools, visits: int) -> Bools:

@@ -24,13 +24,14 @@ import numpy as np
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.model.bending import Material
-from weavecore.model.joints import Joints
+from weavecore.model.joints import Clashes, Joints
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
+from weavecore.model.rod_axes import RodAxes
 from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.rod_pairing import DartPairs, find_dart_pairs
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.axes import OVERHANG_DIAMETERS, Fit, draw_axes, fit_axes, lay_axes, surface_normals
+from weavecore.weaving.axes import OVERHANG_DIAMETERS, Fit, draw_axes, fit_axes, refit_axes, surface_normals
 from weavecore.weaving.bending import Sharpest, find_sharpest, material_named, measure_bending
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
@@ -113,8 +114,7 @@ def weave_lattice(
     bent = weaver.bend_in_stock(strands, stock) if by_family is None else weaver.bend(strands, by_family)
     bent = weaver.make_room_for_overhangs(bent)
     report(0.8, "measuring")
-    axes = draw_axes(lattice, bent.strands, bent.fit, OVERHANG_DIAMETERS * bent.diameters)
-    axes, clashes = clear_overhangs(axes, bent.diameters)
+    axes, clashes = _with_overhangs(lattice, bent.strands, bent.fit, bent.diameters)
     normals = bent.fit.normals
     bending, _ = measure_bending(axes, normals[bent.strands.nodes], diameters=bent.diameters, material=stuff)
     return Weave(
@@ -134,7 +134,7 @@ def weave_lattice(
 
 
 def move_nodes(weave: Weave, nodes: Floats) -> Weave:
-    """The same rods over and under each other through nodes that are moved a little.
+    """The same rods in the same layers through nodes that are moved a little.
 
     Parameters
     ----------
@@ -147,12 +147,16 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
         Its lattice counts as off the latitudes.
     """
     lattice = replace(weave.lattice, nodes=nodes, off_latitudes=True)
-    style = style_named(weave.over_under)
-    diameters = weave.diameters
-    axes, normals = lay_axes(lattice, weave.strands, weave.joints, diameters, centred_on_rings=style.name == STACKED)
-    axes, clashes = clear_overhangs(axes, diameters)
-    bending, _ = measure_bending(axes, normals[weave.strands.nodes], diameters=diameters, material=weave.material)
-    return replace(weave, lattice=lattice, axes=axes, normals=normals, bending=bending, clashes=clashes)
+    strands, diameters, axes = weave.strands, weave.diameters, weave.axes
+    fit = refit_axes(lattice, strands, weave.joints, diameters, layer_offsets=axes.layer_offsets, normals=weave.normals)
+    axes, clashes = _with_overhangs(lattice, strands, fit, diameters)
+    bending, _ = measure_bending(axes, fit.normals[strands.nodes], diameters=diameters, material=weave.material)
+    return replace(weave, lattice=lattice, axes=axes, normals=fit.normals, bending=bending, clashes=clashes)
+
+
+def _with_overhangs(lattice: Lattice, strands: Strands, fit: Fit, diameters: Floats) -> tuple[RodAxes, Clashes]:
+    """The axes of a fit with their overhangs, those that clash shortened."""
+    return clear_overhangs(draw_axes(lattice, strands, fit, OVERHANG_DIAMETERS * diameters), diameters)
 
 
 @dataclass(frozen=True, eq=False)

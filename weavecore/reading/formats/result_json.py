@@ -557,6 +557,7 @@ def _take_equilibrium(part: ResultPart, weave: Weave) -> Equilibrium:
         buckling_factor=float("inf") if buckles is False else factor,
         # Results from before loads were written have none.
         load=part.floats("node_loads", reaction.shape) if "node_loads" in part else np.zeros_like(reaction),
+        spread=tuple(part.indices("spread", (-1,), weave.lattice.n_nodes).tolist()) if "spread" in part else (),
     )
 
 
