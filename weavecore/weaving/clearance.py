@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, dots, ranks_in_rows, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, dots, ranks_in_rows, rows_of, small_products
 from weavecore.geometry.closest import segment_distances
 from weavecore.geometry.splines import SplineRows, cubic_points, pieces_of, span_ends
 from weavecore.model.joints import Clashes, Joints
@@ -228,7 +228,7 @@ def _least_distances(one: Floats, other: Floats) -> Floats:
     n, m = one.shape[:2]
     centre = one[:, m // 2, None]
     a, b = one - centre, other - centre
-    square = (a * a).sum(2)[:, :, None] + (b * b).sum(2)[:, None] - 2.0 * np.matmul(a, b.transpose(0, 2, 1))
+    square = (a * a).sum(2)[:, :, None] + (b * b).sum(2)[:, None] - 2.0 * small_products(a, b.transpose(0, 2, 1))
     p, q = np.divmod(square.reshape(n, -1).argmin(1), m)
     row = np.arange(n)
     least = np.full(n, np.inf)
