@@ -58,10 +58,10 @@ def crumpled(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("pattern", ["kagome", "diagonal", "hexagonal"])
 def test_inverted_faces_of_derived_patterns_are_mended_by_other_divisions_or_noted(pattern: str) -> None:
-    """Without other divisions and moves back kagome has 5 and diagonal 3."""
+    """Without other divisions, untangling and moves back kagome has 5 and diagonal 3."""
     lattice = pipeline.link(pipeline.offset(sheet(crumpled), spacing=12.0), pattern=pattern)
     n_inverted = len(inverted_faces(lattice))
-    assert n_inverted <= 2
+    assert n_inverted <= 1
     assert (n_inverted > 0) == any(note.code == "COARSE" and "inverted" in note.text for note in notes_of(lattice))
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, order_by
 from weavecore.geometry.halfedges import NO_TWIN, find_twins
 from weavecore.polling import poll
 
@@ -42,11 +42,11 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
         For each point an old one in the same connected component; itself if it is old.
     """
     origin = np.arange(len(points))
-    flag = _side_lengths(points, triangles) > longest
+    flag = side_lengths(points, triangles) > longest
     longest = max(longest, _longest_border(points, triangles, flag))
     done = []
     for _ in range(_MAX_ROUNDS):
-        flag &= _side_lengths(points, triangles) > longest
+        flag &= side_lengths(points, triangles) > longest
         # Long edges make long ones only in their own triangles.
         rests = ~flag.any(1)
         done.append(triangles[rests])
@@ -69,14 +69,24 @@ def expected_bisections(points: Floats, triangles: Ints, longest: float) -> floa
     triangles : (T, 3) int64
     longest : float
     """
-    sides = _side_lengths(points, triangles)
+    sides = side_lengths(points, triangles)
     longest = max(longest, _longest_border(points, triangles, sides > longest))
     rounds = np.sort(np.ceil(np.log2(np.maximum(sides / longest, 1.0))), axis=1)
     return float((2.0 ** rounds[:, 2] * 1.5 ** rounds[:, 1] * (4 / 3) ** rounds[:, 0]).sum())
 
 
-def _side_lengths(points: Floats, triangles: Ints) -> Floats:
-    """(T, 3) length of each side."""
+def side_lengths(points: Floats, triangles: Ints) -> Floats:
+    """Lengths of the sides of triangles, each from a corner to the next.
+
+    Parameters
+    ----------
+    points : (N, k) float64
+    triangles : (T, 3) int64
+
+    Returns
+    -------
+    (T, 3) float64
+    """
     poll()
     square = np.zeros(triangles.shape)
     for column in np.ascontiguousarray(points.T):
@@ -119,9 +129,19 @@ def unique_edges(triangles: Ints) -> tuple[Ints, Ints]:
         Edge of each side of each triangle.
     """
     poll()
-    key, of_side = np.unique(_keys(triangles), return_inverse=True)
-    n = np.int64(triangles.max(initial=0) + 1)
-    return np.c_[key // n, key % n], of_side.reshape(-1, 3)
+    n = int(triangles.max(initial=-1)) + 1
+    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    lesser, greater = np.minimum(tail, head), np.maximum(tail, head)
+    order = order_by(greater, n)
+    poll()
+    order = order[order_by(lesser[order], n)]
+    poll()
+    lesser, greater = lesser[order], greater[order]
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (lesser[1:] != lesser[:-1]) | (greater[1:] != greater[:-1])
+    of_side = np.empty(len(order), np.int64)
+    of_side[order] = np.cumsum(is_new) - 1
+    return np.stack([lesser[is_new], greater[is_new]], axis=1), of_side.reshape(-1, 3)
 
 
 def naked_edges(triangles: Ints) -> Ints:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from weavecore.geometry.arrays import Floats
 
@@ -82,12 +83,12 @@ def _polynomial(x: Floats, coefficients: Sequence[float]) -> Floats:
     return total
 
 
-def arctangents(y: Floats, x: Floats) -> Floats:
+def arctangents(y: ArrayLike, x: ArrayLike) -> Floats:
     """Angles of vectors (x, y), as NumPy's ``arctan2``.
 
     Parameters
     ----------
-    y, x : (…) float64
+    y, x : (…) array_like of float
 
     Returns
     -------
@@ -112,12 +113,28 @@ def arctangents(y: Floats, x: Floats) -> Floats:
     return angles
 
 
-def logarithms(x: Floats) -> Floats:
+def angles_between(one: Floats, other: Floats) -> Floats:
+    """Angles between unit vectors.
+
+    Parameters
+    ----------
+    one, other : (n, k) float64
+
+    Returns
+    -------
+    (n,) float64
+        Radians, from 0 to π.
+    """
+    cosine = np.clip((one * other).sum(1), -1.0, 1.0)
+    return arctangents(np.sqrt((1.0 - cosine) * (1.0 + cosine)), cosine)
+
+
+def logarithms(x: ArrayLike) -> Floats:
     """Natural logarithms.
 
     Parameters
     ----------
-    x : (…) float64
+    x : (…) array_like of float
         Positive.
 
     Returns
@@ -135,12 +152,12 @@ def logarithms(x: Floats) -> Floats:
     return logs
 
 
-def sines_and_cosines(angle: Floats) -> tuple[Floats, Floats]:
+def sines_and_cosines(angle: ArrayLike) -> tuple[Floats, Floats]:
     """Sines and cosines.
 
     Parameters
     ----------
-    angle : (…) float64
+    angle : (…) array_like of float
         Radians, of some turns at most.
 
     Returns

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.polling import poll
 
@@ -68,7 +69,7 @@ class Unfolding:
         self.length = np.maximum(np.sqrt(np.einsum("ij,ij->i", edge, edge)), np.finfo(float).tiny)
         self._lay_flat(edge)
         poll()
-        self.angle = np.arctan2(self.apex_y, self.apex_x)
+        self.angle = arctangents(self.apex_y, self.apex_x)
         self.total_angle = np.bincount(self.tail, self.angle, n)
         self.on_boundary = np.zeros(n, bool)
         boundary = twins == NO_TWIN

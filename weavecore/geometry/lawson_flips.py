@@ -22,6 +22,7 @@ from typing import Callable
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.halfedges import find_twins, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.polling import poll
 
@@ -154,8 +155,7 @@ def angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
     """
     u, v = points[a] - points[apex], points[b] - points[apex]
     along: Floats = (u * v).sum(1)
-    angle: Floats = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), along).astype(np.float64)
-    return angle
+    return arctangents(np.linalg.norm(np.cross(u, v), axis=1), along)
 
 
 def stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:
@@ -375,6 +375,6 @@ def least_angles(points: Floats, faces: Ints) -> Floats:
     angles = []
     for k in range(3):
         u, v = corners[:, (k + 1) % 3] - corners[:, k], corners[:, (k + 2) % 3] - corners[:, k]
-        angles.append(np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v)))
+        angles.append(arctangents(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v)))
     least: Floats = np.degrees(np.min(angles, axis=0))
     return least

@@ -17,6 +17,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, dots, unit_vectors
 from weavecore.geometry.closest import FaceFinder
+from weavecore.geometry.elementary import angles_between, arctangents, sines_and_cosines
 from weavecore.polling import each, poll
 
 _MOST_CUBES = 2_000_000
@@ -100,7 +101,9 @@ class NearestNormals:
         number[inside] = cones.number[np.ravel_multi_index(tuple(cube[inside].T), tuple(cones.shape))]
         cosine = dots(unit_vectors(vectors), cones.axis[number])
         # An angle to the axis below 90° less that of the cone.
-        along: Bools = (number >= 0) & (cones.angle[number] < np.pi / 2) & (cosine > np.sin(cones.angle[number]))
+        along: Bools = (
+            (number >= 0) & (cones.angle[number] < np.pi / 2) & (cosine > sines_and_cosines(cones.angle[number])[0])
+        )
         return along
 
     def _cones_of(self, power: int) -> _Cones:
@@ -134,7 +137,7 @@ class NearestNormals:
             wide_axis += np.where((other >= 0)[:, None], axis[other], 0.0)
         wide_axis = unit_vectors(wide_axis)
         for other in each(around):
-            apart = np.arccos(np.clip(dots(wide_axis, axis[other]), -1.0, 1.0)) + angle[other]
+            apart = angles_between(wide_axis, axis[other]) + angle[other]
             wide_angle = np.maximum(wide_angle, np.where(other >= 0, apart, 0.0))
         return _Cones(least, size, shape, number, wide_axis, np.minimum(wide_angle + _MARGIN, np.pi))
 
@@ -144,6 +147,7 @@ def _cones_around(number: Ints, normals: Floats, n: int) -> tuple[Floats, Floats
     axis = unit_vectors(np.stack([np.bincount(number, column, n) for column in normals.T], axis=1))
     cosine = np.ones(n)
     np.minimum.at(cosine, number, dots(normals, axis[number]))
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    cosine = np.clip(cosine, -1.0, 1.0)
+    angle = arctangents(np.sqrt((1.0 - cosine) * (1.0 + cosine)), cosine)
     angle[number[~normals.any(1)]] = np.pi
     return axis, angle

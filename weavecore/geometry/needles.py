@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, ranks_in_rows
-from weavecore.geometry.bisection import unique_edges
+from weavecore.geometry.bisection import side_lengths, unique_edges
 
 _LEAST_LENGTH = 8.0
 """Of the longest edge that is wanted: bisection divides what is shorter, into better triangles."""
@@ -48,6 +48,8 @@ def divide_needles(points: Floats, triangles: Ints, longest: float) -> tuple[Flo
     origin : (N',) int64
         For each point an old one in the same connected component; itself if it is old.
     """
+    if side_lengths(points, triangles).max(initial=0.0) <= _LEAST_LENGTH * longest:
+        return points, triangles, np.arange(len(points))
     edges, of_side = unique_edges(triangles)
     length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
     n_parts = np.where(_divisible(points, triangles, of_side, length, longest), np.ceil(length / longest), 1)

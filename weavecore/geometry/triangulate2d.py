@@ -29,6 +29,7 @@ from scipy.sparse.csgraph import breadth_first_order
 from scipy.spatial import Delaunay
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, connected
+from weavecore.geometry.elementary import sines_and_cosines
 
 _FRAME_POINTS = 16  # on a circle around all points, so that the region does not touch the convex hull
 _FRAME_RADIUS = 8.0  # in extents of the points: far enough that the frame takes part in no circle of inner points
@@ -98,7 +99,7 @@ def triangulate_region(points: Floats, segments: Ints) -> PlanarRegion:
     unit = (points - (low + high) / 2) / extent
     n = len(points)
     angle = 2 * np.pi * (np.arange(_FRAME_POINTS) + 0.1234) / _FRAME_POINTS
-    frame = _FRAME_RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
+    frame = _FRAME_RADIUS * np.column_stack(sines_and_cosines(angle)[::-1])
     faces = _delaunay(np.vstack([unit + _jitter(n), frame]))
     faces, missing = _with_segments(faces, unit, segments, frame)
     if len(missing):

@@ -11,6 +11,7 @@ are.  Families (Yan et al. 2016, §5): an edge along a polyline is *latitudinal*
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,7 +129,7 @@ def longest_link(spacing: float, edge_length: float) -> float:
     float
         0.97 √(spacing² + (1.25 edge_length)²).
     """
-    return _STRETCH * float(np.hypot(spacing, _LEAN * edge_length))
+    return _STRETCH * math.sqrt(spacing**2 + (_LEAN * edge_length) ** 2)
 
 
 def _ring_edges(counts: Ints, closed: Bools) -> Ints:

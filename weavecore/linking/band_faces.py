@@ -26,6 +26,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.matching import ALONE, match_best
 from weavecore.linking.ring_to_parent import Strip
 from weavecore.polling import poll
@@ -225,7 +226,7 @@ def _worst_corner(nodes: Floats, quads: Ints) -> Floats:
     for k in range(4):
         corner = nodes[quads[:, k]]
         u, v = nodes[quads[:, (k + 1) % 4]] - corner, nodes[quads[:, (k + 3) % 4]] - corner
-        angle = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(1))
+        angle = arctangents(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(1))
         worst = np.maximum(worst, np.abs(angle - np.pi / 2))
     return worst
 

@@ -116,13 +116,13 @@ def smooth_bending(
     diameter = lattice.assumed_diameter if rod_diameter is None else rod_diameter
     place = _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes))
     problem = _Problem(lattice, sites, diameter, 1.0 / (admissible_radius * diameter))
-    known, damping = None, np.full(lattice.n_nodes, _FIRST_DAMPING)
+    known = None
     for _ in range(_ROUNDS):
         partner = pair_darts(replace(lattice, nodes=place.nodes))
         if known is not None and np.array_equal(partner, known):
             break
         problem.take(find_runs(lattice.edges, partner))
-        (place, damping), known = _descend(problem, place, damping), partner
+        place, known = _descend(problem, place), partner
     return replace(lattice, nodes=place.nodes, node_station=place.station, off_latitudes=is_free)
 
 
@@ -333,13 +333,14 @@ class _Problem:
         return total
 
 
-def _descend(problem: _Problem, place: _Place, damping: Floats) -> tuple[_Place, Floats]:
+def _descend(problem: _Problem, place: _Place) -> _Place:
     """Take steps of Levenberg and Marquardt until the sum hardly falls.
 
     Each node has a damping (N,) of its own: where the costs around it rise it grows, elsewhere it falls.
     """
     here = problem.at(place)
     costs = problem.costs_around(here)
+    damping = np.full(problem.n_nodes, _FIRST_DAMPING)
     equations = problem.equations
     for _ in range(_MOST_STEPS):
         hessian, gradient = problem.equations_at(here, place)
@@ -357,12 +358,12 @@ def _descend(problem: _Problem, place: _Place, damping: Floats) -> tuple[_Place,
             if there.value < here.value:
                 break
         else:
-            return place, damping
+            return place
         fell = here.value - there.value
         place, here, costs = after, there, new_costs
         if fell < _ENOUGH * here.value:
             break
-    return place, damping
+    return place
 
 
 def _without_harm(problem: _Problem, before: _Place, here: _Sum, after: _Place) -> tuple[_Place, Bools]:

@@ -19,7 +19,6 @@ a shift.  Linear in the number of nodes.
 
 from __future__ import annotations
 
-import math
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,7 +28,7 @@ import numpy as np
 from scipy.linalg.lapack import dpttrf, dpttrs
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, previous_in_loop
-from weavecore.geometry.elementary import arctangents, logarithms
+from weavecore.geometry.elementary import arctangents, logarithms, sines_and_cosines
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.linking.rod_runs import RodRuns
 from weavecore.model.lattice import Lattice
@@ -510,7 +509,8 @@ class CornerArms:
         angle : float
             Radians, below 90°.
         """
-        below: Bools = (self.cosine >= 0) & (self.sine < math.tan(angle) * self.cosine)
+        sine, cosine = sines_and_cosines(angle)
+        below: Bools = (self.cosine >= 0) & (self.sine * cosine < sine * self.cosine)
         return below
 
 

@@ -43,6 +43,7 @@ from weavecore.linking.patterns import PATTERNS, Pattern, pattern_named
 from weavecore.linking.ring_to_parent import DividedPolylines, join_rings_to_parents
 from weavecore.linking.small_rings import FEWEST_EDGES, leave_out_small_rings
 from weavecore.linking.tangential_smoothing import smooth_tangentially
+from weavecore.linking.untangling import untangle
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 from weavecore.model.lattice_fit import inverted_faces
@@ -204,7 +205,8 @@ def link_pattern(
         latitudes, edge_length=edge_length, pattern=made.base, even_edges=True, derive=derive, progress=progress
     )
     lattice = derive(base)
-    return _without_new_inversions(lattice, smooth_bending(lattice))
+    smoothed = smooth_bending(lattice)
+    return _without_new_inversions(lattice, untangle(smoothed) if smoothed.off_latitudes else smoothed)
 
 
 def _linked_with_few_short_rods(

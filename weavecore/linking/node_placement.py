@@ -24,6 +24,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.geometry.elementary import arctangents
 from weavecore.linking.patterns import Pattern
 
 _SHARE_DIGITS = 9
@@ -246,8 +247,7 @@ def turning_angles(points: Floats) -> Floats:
     ahead = np.roll(points, -1, axis=0) - points
     behind = np.roll(ahead, 1, axis=0)
     cross = np.linalg.norm(np.cross(behind, ahead), axis=1)
-    angles: Floats = np.arctan2(cross, (behind * ahead).sum(1)).astype(np.float64)
-    return angles
+    return arctangents(cross, (behind * ahead).sum(1))
 
 
 def _corners_of_loop(points: Floats, stations: Floats, length: float, least: float) -> Floats:

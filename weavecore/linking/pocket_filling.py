@@ -258,6 +258,7 @@ class EdgeGraph:
         distance, _, source = dijkstra(
             self.matrix, directed=False, indices=sources, min_only=True, return_predecessors=True
         )
+        poll()
         return distance, source.astype(np.int64)
 
 
@@ -313,6 +314,7 @@ class VoronoiRegions:
     @cached_property
     def dual(self) -> DualTriangulation:
         """What is left when each region is contracted to a point."""
+        poll()
         graph, corner = self.graph, self.site[self.mesh.triangles]
         x, y = self.site[graph.a], self.site[graph.b]
         differs = x != y
@@ -321,6 +323,7 @@ class VoronoiRegions:
         two = sides.sum(1) == 2
         joined = graph.of_triangle[two][sides[two]].reshape(-1, 2)
         n_edges = len(graph.a)
+        poll()
         same = coo_matrix((np.ones(len(joined), np.int8), joined.T), shape=(n_edges, n_edges))
         _, label = connected_components(same, directed=False)
         kept, first_edge = np.unique(label[differs], return_index=True)
@@ -332,6 +335,7 @@ class VoronoiRegions:
 
     def not_discs(self) -> Ints:
         """Sites whose region cannot be contracted to a point: its Euler characteristic is not 1."""
+        poll()
         x, y = self.site[self.graph.a], self.site[self.graph.b]
         corner = self.site[self.mesh.triangles]
         whole = (corner == corner[:, :1]).all(1)
@@ -380,7 +384,9 @@ class VoronoiRegions:
 
     @cached_property
     def _sources_tree(self) -> cKDTree:
-        return cKDTree(self.spots(np.unique(self.source)))
+        is_source = np.zeros(len(self.distance), bool)
+        is_source[self.source] = True
+        return cKDTree(self.spots(np.flatnonzero(is_source)))
 
     def spots(self, points: Ints) -> Floats:
         """Points with their band as a fourth coordinate, so far apart that no other band is ever nearer.

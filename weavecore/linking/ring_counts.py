@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.elementary import logarithms
 
 EVENNESS = 0.5
 """Weight a of uneven edges: at 20 % off the edge length 50 edges count as much as one rod that ends."""
@@ -98,11 +99,11 @@ def choose_counts(
     (n,) int64
     """
     choices = _choices(ideal, step, remainder, slack)
-    off = np.log(choices[None, :] / ideal[:, None])
+    off = logarithms(choices[None, :] / ideal[:, None])
     cost = EVENNESS * ideal[:, None] * off**2
     weight = np.where(generation <= _BORDER_BANDS, _BESIDE_BORDER, 1.0)
     cost += (branches * weight)[:, None] * np.abs(choices[None, :] - ideal[:, None])
-    near = np.maximum(np.log(slack), np.abs(off).min(axis=1) + 1e-9)
+    near = np.maximum(logarithms(slack), np.abs(off).min(axis=1) + 1e-9)
     cost[np.abs(off) > near[:, None]] = np.inf
     order, toward = _towards_root(len(ideal), bands)
     messages = []

@@ -20,6 +20,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.elementary import arctangents, sines_and_cosines
 from weavecore.linking.arc_length import index_at, points_at
 from weavecore.linking.node_placement import (
     divide_closed_border,
@@ -303,9 +304,11 @@ def _harmonic_phase(index: Floats, pattern: Pattern) -> float:
         Of the projections of the samples.
     pattern : Pattern
     """
-    misfit = np.exp(2j * np.pi * (index - pattern.child_phase)).reshape(-1, SAMPLES_PER_NODE)
-    turn = np.exp(-2j * np.pi * np.arange(SAMPLES_PER_NODE) / SAMPLES_PER_NODE)
-    return float(-np.angle((misfit * turn).sum()) / (2 * np.pi))
+    misfit = (index - pattern.child_phase).reshape(-1, SAMPLES_PER_NODE) - np.arange(
+        SAMPLES_PER_NODE
+    ) / SAMPLES_PER_NODE
+    sine, cosine = sines_and_cosines(2 * np.pi * (misfit - np.floor(misfit)))
+    return float(-arctangents(sine.sum(), cosine.sum()) / (2 * np.pi))
 
 
 def _wrapped(stations: Floats, length: float) -> tuple[Floats, int]:

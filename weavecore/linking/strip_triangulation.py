@@ -436,14 +436,15 @@ class _Steps:
             Whether all rows are wanted, and not only the last.
         """
         _, width, n_divisions = self.slant.shape
-        total = np.full((2, width + 1, len(place), n_divisions), np.inf)  # the place after the last is never reached
+        nothing = np.full((2, width + 1, len(place), n_divisions), np.inf)  # the place after the last is never reached
+        total = nothing.copy()
         total[phase, place, np.arange(len(place))] = 0.0
-        rows = [total]
+        rows, advance_cost = [total], self.advance_cost[:, :, None, None]
         for i in range(1, len(self.slant)):
-            reached = total[0][self.sources[i - 1]]
-            reached += self.advance_cost[i - 1][:, None, None]
-            best = reached.min(axis=1)
-            following = np.full_like(total, np.inf)
+            reached = total[0].take(self.sources[i - 1], axis=0)
+            reached += advance_cost[i - 1]
+            best = np.minimum.reduce(reached, axis=1)
+            following = nothing.copy()
             if self.stay_cost is not None:
                 stays = self.stay_sources[i - 1]
                 best = np.minimum(best, total[1][stays] + self.stay_cost[i - 1])

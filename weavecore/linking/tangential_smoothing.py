@@ -30,6 +30,7 @@ from scipy.sparse.linalg import spsolve
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of, unit_vectors
 from weavecore.geometry.conjugate_gradients import conjugate_gradients
+from weavecore.geometry.elementary import angles_between, arctangents
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.flips import FaceOrientation
@@ -148,7 +149,7 @@ def _rod_turns(lattice: Lattice) -> _RodTurns:
     tail, head = edges.ravel(), edges[:, ::-1].ravel()
     away = unit_vectors(lattice.nodes[head] - lattice.nodes[tail])
     one, other = pairs_of_equals(tail)
-    bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
+    bend = np.pi - angles_between(away[one], away[other])
     good = bend <= _MOST_BEND
     partner = match_greedily(one[good], other[good], bend[good], len(tail))
     first = np.flatnonzero(partner > np.where(partner == ALONE, len(tail), np.arange(len(tail))))
@@ -278,4 +279,4 @@ def _corner_shapes(lattice: Lattice, nodes: Floats) -> tuple[Floats, Floats]:
     cross = np.cross(u, v)
     size = np.linalg.norm(cross, axis=1)
     unit = cross / np.maximum(size, np.finfo(float).tiny)[:, None]
-    return unit, np.arctan2(size, (u * v).sum(1))
+    return unit, arctangents(size, (u * v).sum(1))

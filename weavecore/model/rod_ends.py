@@ -16,8 +16,6 @@ nodes of short rods, O(K) for a bounded number of edges at a node.
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
@@ -115,18 +113,18 @@ def lengthen_short_rods(partner: Ints, tail: Ints, one: Ints, other: Ints, turn:
         Partners as of ``partner``.
     """
     order = np.argsort(tail[one], kind="stable")
-    at = tail[one][order]
-
-    @cache
-    def pairs_at(node: int) -> _Pairs:
-        here = order[np.searchsorted(at, node) : np.searchsorted(at, node, side="right")]
-        pairs = zip(one[here].tolist(), other[here].tolist())
-        return dict(zip(pairs, zip(kind[here].tolist(), turn[here].tolist())))
-
+    rows = np.searchsorted(tail[one][order], np.arange(int(tail.max(initial=-1)) + 2)).tolist()
     chains = _Chains(partner)
+
+    def pairs_at(node: int) -> _Pairs:
+        """The pairs of darts of a node."""
+        some = order[rows[node] : rows[node + 1]]
+        ends = zip(one[some].tolist(), other[some].tolist())
+        return dict(zip(ends, zip(kind[some].tolist(), turn[some].tolist())))
+
     for _ in range(_MOST_ROUNDS):
-        nodes = {int(tail[dart]) for end in chains.short_ends() for dart in chains.darts_from(end)}
-        changed = [_pair_best(chains, pairs_at(node)) for node in sorted(nodes)]
+        ends = [dart for end in chains.short_ends() for dart in chains.darts_from(end)]
+        changed = [_pair_best(chains, pairs_at(node)) for node in np.unique(tail[ends]).tolist()] if ends else []
         if not any(changed):
             break
     return np.array(chains.partner, np.int64)

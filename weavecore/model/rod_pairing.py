@@ -23,6 +23,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, unit_vectors
+from weavecore.geometry.elementary import angles_between
 from weavecore.geometry.matching import match_greedily, pairs_of_equals
 from weavecore.geometry.polygon_mesh import NONE, darts_across, find_fans
 from weavecore.model.lattice import LATITUDINAL, Lattice
@@ -74,7 +75,7 @@ def find_dart_pairs(lattice: Lattice) -> DartPairs:
     family = np.repeat(lattice.edge_family, 2)
     is_ring = family == LATITUDINAL
     one, other = pairs_of_equals(tail)
-    bend = np.pi - np.arccos(np.clip((away[one] * away[other]).sum(1), -1.0, 1.0))
+    bend = np.pi - angles_between(away[one], away[other])
     straight, on_border = _darts_straight_on(lattice)
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.polygon_mesh import nodes_on_border
 from weavecore.model.bending import Bending, Material
 from weavecore.model.joints import Clashes, Joints
@@ -121,8 +122,7 @@ class Weave:
         before, here, after = (self.lattice.nodes[strands.nodes[at + k]] for k in (-1, 0, 1))
         one, other = here - before, after - here
         across = np.linalg.norm(np.cross(one, other), axis=1)
-        turns: Floats = np.arctan2(across, (one * other).sum(1)).astype(np.float64)
-        return turns
+        return arctangents(across, (one * other).sum(1))
 
     @property
     def median_length(self) -> float:

@@ -20,6 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from weavecore.errors import TooMuchWork, Unsupported
 from weavecore.geometry.arrays import Floats, Ints, frozen
+from weavecore.geometry.elementary import arctangents, logarithms
 from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.geometry.refine import refine_faces
 from weavecore.model import SurfaceMesh
@@ -218,7 +219,7 @@ def round_length(length: float) -> float:
     """
     exponent = math.floor(math.log10(length))
     mantissa = length / 10.0**exponent
-    nearest = _ROUND_NUMBERS[np.argmin(np.abs(np.log(_ROUND_NUMBERS / mantissa)))]
+    nearest = _ROUND_NUMBERS[np.argmin(np.abs(logarithms(_ROUND_NUMBERS / mantissa)))]
     return float(f"{nearest:g}e{exponent}")
 
 
@@ -226,7 +227,7 @@ def _mean_radius(surface: SurfaceMesh, area: float) -> float:
     """Area over the total curvature: the turn at each edge times its length, summed."""
     halfedge = np.flatnonzero(surface.twins > np.arange(len(surface.twins)))
     one, other = surface.face_normals[halfedge // 3], surface.face_normals[surface.twins[halfedge] // 3]
-    turn = np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(1))
+    turn = arctangents(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(1))
     bend = float((turn * surface.edge_lengths[halfedge]).sum())
     return area / bend if bend > 0 else math.inf
 

@@ -27,7 +27,7 @@ from typing import Optional, Union
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of, small_products
 from weavecore.geometry.splines import SplineRows, cubic_points, fit_derivatives, span_ends
 from weavecore.model.bending import Bending, Material
 from weavecore.model.rod_axes import RodAxes
@@ -213,7 +213,7 @@ class _Spans:
         speeds = np.stack([first, quadratic, cubic], axis=2) / wide[:, :, None]
         bends = np.stack([quadratic, cubic], axis=2) / wide[:, :, None] ** 2
         # (6, n, k): each coordinate of all samples together
-        one, two = (np.matmul(part.transpose(1, 0, 2), by) for part, by in zip((speeds, bends), basis))
+        one, two = (small_products(part.transpose(1, 0, 2), by) for part, by in zip((speeds, bends), basis))
         turn = [
             _cross(one[:3], two[:3]),
             _cross(one[:3], two[3:]) + _cross(one[3:], two[:3]),

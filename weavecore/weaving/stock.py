@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
+from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 from importlib import resources
@@ -98,7 +99,7 @@ def _in_stock(most: float, stock: Sequence[float]) -> float:
     """The thickest of the stock that is no thicker, else the thinnest; without a stock rounded down to two digits."""
     if len(stock):
         return max([size for size in stock if size <= most], default=min(stock))
-    step = 10.0 ** (np.floor(np.log10(most)) - 1.0)
+    step = float(f"1e{Decimal(most).adjusted() - 1}")
     return float(np.floor(most / step) * step)
 
 

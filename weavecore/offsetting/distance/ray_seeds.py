@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, ranks_in_rows, rows_of
+from weavecore.geometry.elementary import sines_and_cosines
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.distance.rays import GeodesicRays
@@ -174,7 +175,8 @@ def rays_off_corner(frames: Unfolding, halfedge: Ints, angle: Floats) -> Geodesi
     n = len(halfedge)
     start = _OFF_CORNER * frames.length[halfedge]
     wide = np.full(n, np.inf)
-    return GeodesicRays.starting(halfedge, start, np.cos(angle), np.sin(angle), np.zeros(n), wide, wide.copy())
+    sine, cosine = sines_and_cosines(angle)
+    return GeodesicRays.starting(halfedge, start, cosine, sine, np.zeros(n), wide, wide.copy())
 
 
 def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints, Floats]:
@@ -272,5 +274,5 @@ def thinning_priority(place: Ints) -> Ints:
     -------
     (n,) int64
     """
-    priority: Ints = np.log2(np.where(place > 0, place & -place, np.int64(1) << _ALWAYS_KEPT)).astype(np.int64)
-    return priority
+    lowest = np.where(place > 0, place & -place, np.int64(1) << _ALWAYS_KEPT).astype(np.float64)
+    return np.frexp(lowest)[1].astype(np.int64) - 1

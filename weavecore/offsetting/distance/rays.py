@@ -38,6 +38,7 @@ from typing import TypeVar
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, sorted_unique
+from weavecore.geometry.elementary import arctangents, sines_and_cosines
 from weavecore.geometry.geodesics import Unfolding
 
 MIN_SADDLE_EXCESS = 0.02
@@ -374,7 +375,7 @@ def front_distance(curvature: Floats, forward: Floats, lateral: Floats) -> tuple
     radius = np.sqrt(ahead * ahead + aside * aside)
     distance = (2 * forward + k * (forward * forward + lateral * lateral)) / (radius + 1.0)
     if point.any():
-        straight = np.hypot(forward, lateral)
+        straight = np.sqrt(forward * forward + lateral * lateral)
         distance = np.where(point, straight, distance)
         ahead, aside = np.where(point, forward, ahead), np.where(point, lateral, aside)
         radius = np.where(point, straight, radius)
@@ -416,17 +417,19 @@ def _around_blockers(
         return behind
     blocker = np.where(is_left[m], state.left[:, m], state.right[:, m])
     forward, offset = travel[m] - blocker[AT], lateral[m] - blocker[SIDE]
-    far = np.hypot(forward, offset)
-    turned = np.arctan(kb * blocker[SIDE])
-    bend = np.arctan2(offset, forward) - turned
+    far = np.sqrt(forward * forward + offset * offset)
+    turned = arctangents(kb * blocker[SIDE], 1.0)
+    bend = arctangents(offset, forward) - turned
     kept = np.sign(bend) * np.maximum(np.abs(bend) - blocker[EXCESS], 0)
-    longer, gx, gy = front_distance(kb, far * np.cos(kept), far * np.sin(kept))
+    sine, cosine = sines_and_cosines(kept)
+    longer, gx, gy = front_distance(kb, far * cosine, far * sine)
     longer += blocker[DISTANCE] - state.distance[m]
     higher = longer > rise[m]
     turn = (bend - kept + turned)[higher]
     gx, gy, m = gx[higher], gy[higher], m[higher]
     rise[m] = longer[higher]
-    ahead[m], aside[m] = gx * np.cos(turn) - gy * np.sin(turn), gy * np.cos(turn) + gx * np.sin(turn)
+    sine, cosine = sines_and_cosines(turn)
+    ahead[m], aside[m] = gx * cosine - gy * sine, gy * cosine + gx * sine
     return behind
 
 

@@ -35,6 +35,7 @@ from __future__ import annotations
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, ranges
+from weavecore.geometry.elementary import arctangents, sines_and_cosines
 from weavecore.geometry.geodesics import Unfolding
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.distance.rays import NO_HALFEDGE, TentativeDistances, front_distance
@@ -141,7 +142,7 @@ class _Relaxation:
         cx = np.select((at_tail, at_head), (1.0, f.next_x[h]), f.previous_x[h])
         cy = np.select((at_tail, at_head), (0.0, f.next_y[h]), f.previous_y[h])
         angle = np.full(len(f.vertices), np.nan)
-        angle[v] = self.angle_of[out] + np.arctan2(y * cx - x * cy, x * cx + y * cy)
+        angle[v] = self.angle_of[out] + arctangents(y * cx - x * cy, x * cx + y * cy)
         return angle
 
     def run(self, halfedges: Ints) -> Ints:
@@ -168,9 +169,10 @@ class _Relaxation:
         by_right = turn <= f.total_angle[a] - turn  # the source lies clockwise: the last face is the one right of h
         turn = np.minimum(turn, f.total_angle[a] - turn)
         in_shadow = turn >= np.pi
-        forward, lateral = -length * np.cos(turn), length * np.sin(turn)
+        sine, cosine = sines_and_cosines(turn)
+        forward, lateral = -length * cosine, length * sine
         rise, ahead, aside = front_distance(self.curvature[a], forward, lateral)
-        seen = np.arctan2(np.abs(forward * aside - lateral * ahead), forward * ahead + lateral * aside)
+        seen = arctangents(np.abs(forward * aside - lateral * ahead), forward * ahead + lateral * aside)
         seen[in_shadow] = 0.0
         offered = self.distance[a] + np.where(in_shadow, length, rise)
         offered, enters = self._through_last_face(h, by_right, seen, in_shadow, offered)
@@ -179,7 +181,7 @@ class _Relaxation:
         m = m[offered[m] == self.distance[c[m]]]
         self.source_angle[c[m]] = self.angle_of[f.twin[h[m]]] + np.where(by_right[m], seen[m], -seen[m])
         k = self.curvature[a[m]]
-        stretch = np.hypot(1 + k * forward[m], k * lateral[m])
+        stretch = np.sqrt((1 + k * forward[m]) ** 2 + (k * lateral[m]) ** 2)
         self.curvature[c[m]] = np.where(in_shadow[m], 1 / length[m], k / np.maximum(stretch, _LEAST_STRETCH))
         return np.unique(c[m])
 
@@ -192,14 +194,14 @@ class _Relaxation:
         corner = np.where(by_right, f.angle[f.next[twin]], f.angle[h])
         beside = np.where(by_right, f.length[f.next[twin]], f.length[f.previous[h]])
         b = np.where(by_right, f.apex[twin], f.apex[h])
-        sine = np.maximum(np.sin(corner + seen), _LEAST_SINE)
-        place = length * np.sin(seen) / sine
+        sine = np.maximum(sines_and_cosines(corner + seen)[0], _LEAST_SINE)
+        place = length * sines_and_cosines(seen)[0] / sine
         along_edge = in_shadow | (seen < _ALONG_EDGE)
         enters = along_edge | ((corner + seen < np.pi) & (place <= beside))
         part = np.clip(place / beside, 0, 1)
         with np.errstate(invalid="ignore"):  # an unreached b, with part 0: not taken
             entry = self.distance[a] * (1 - part) + np.where(part > 0, self.distance[b] * part, 0.0)
-        bound = entry + length * np.sin(corner) / sine
+        bound = entry + length * sines_and_cosines(corner)[0] / sine
         return np.where(along_edge, offered, np.maximum(offered, bound)), enters
 
     def _reach_the_rest(self, changed: Bools) -> None:
@@ -231,7 +233,7 @@ class _Relaxation:
             onward = f.twin[f.previous[first]]
             first = np.where(over & (onward != NO_TWIN), onward, first)
         angle = angle - self.angle_of[first]
-        found[sees] = -f.directions(first, np.cos(angle), np.sin(angle))
+        found[sees] = -f.directions(first, *sines_and_cosines(angle)[::-1])
         return found
 
 
