@@ -76,7 +76,8 @@ def main() -> None:
     parser.add_argument("--check", action="store_true", help="compare with the last run kept; status 1 where slower")
     options = parser.parse_args()
     end = time.monotonic() + 60.0 * options.minutes
-    runs = [measured(faces, nodes, end) for faces, nodes in SIZES[: options.sizes]]
+    stated = {"date": dt.date.today().isoformat(), "version": version()}
+    runs = [measured(faces, nodes, stated, end) for faces, nodes in SIZES[: options.sizes]]
     print(report(runs))
     if options.check:
         slower = slower_stages(runs, kept_rows())
@@ -89,8 +90,8 @@ def main() -> None:
         options.write.write_text(f"{before}{BEGIN}\n\n{report(runs)}\n\n{END}{after}", encoding="utf-8")
 
 
-def measured(faces: int, nodes: int, end: float) -> list[Row]:
-    """A row for each stage of one size that was done before the end of the time."""
+def measured(faces: int, nodes: int, stated: Row, end: float) -> list[Row]:
+    """A row for each stage of one size that was done before the end of the time, with what is stated of the run."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-c", WORKER, str(ROOT / "benchmarks"), str(faces), str(nodes)]
     try:
@@ -107,9 +108,15 @@ def measured(faces: int, nodes: int, end: float) -> list[Row]:
         lines = late.stdout or b""
     found = [json.loads(line) for line in lines.decode().splitlines()]
     n_nodes = max([one["nodes"] for one in found], default=0) or nodes
-    stated = {"date": dt.date.today().isoformat(), "version": version(), "faces": str(faces), "nodes": str(n_nodes)}
+    size = {"faces": str(faces), "nodes": str(n_nodes)}
     return [
-        {**stated, "stage": one["stage"], "seconds": f"{one['seconds']:.3f}", "memory_mb": f"{one['memory_mb']:.0f}"}
+        {
+            **stated,
+            **size,
+            "stage": one["stage"],
+            "seconds": f"{one['seconds']:.3f}",
+            "memory_mb": f"{one['memory_mb']:.0f}",
+        }
         for one in found
     ]
 
