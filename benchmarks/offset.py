@@ -32,6 +32,8 @@ N_LEVELS = 8
 DEPTH = 0.67
 """About the distance from the borders at the shell's deepest place."""
 ROUNDS = 3
+NEXT = "\n# Every stage"
+"""What `stages.py` has written behind the tables."""
 
 
 def main() -> None:
@@ -43,7 +45,8 @@ def main() -> None:
     text = report(options.faces)
     print(text)
     if options.write:
-        options.write.write_text(text + "\n", encoding="utf-8")
+        before = options.write.read_text("utf-8") if options.write.exists() else ""
+        options.write.write_text("".join([text, "\n", *before.partition(NEXT)[1:]]), encoding="utf-8")
 
 
 def report(sizes: list[int]) -> str:

@@ -288,3 +288,14 @@ def test_splittable_edges_of_the_border_are_cut_and_stay_straight_and_others_sta
     steps = np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)
     assert np.sort(steps)[-2:].tolist()[0] <= 0.3
     assert steps.max() == 4.0
+
+
+@pytest.mark.parametrize("part", [1.2, 1.0, 0.5, 0.2])
+def test_the_work_that_is_expected_is_that_of_the_refined_faces_and_little_more(part: float) -> None:
+    points, faces = bumpy_grid(20)
+    sides = np.linalg.norm(points[faces] - points[np.roll(faces, 1, axis=1)], axis=2)
+    longest = part * float(sides.mean())
+    made = len(refine_faces(points, faces, longest=longest).faces)
+    refine_faces(points, faces, longest=longest, most_faces=2 * made)
+    with pytest.raises(TooMuchWork):
+        refine_faces(points, faces, longest=longest, most_faces=made // 3)

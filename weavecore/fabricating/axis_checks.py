@@ -18,6 +18,7 @@ from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder, coun
 from weavecore.fabricating.written_axes import WrittenAxes
 from weavecore.geometry.arrays import Floats, Ints, ranks_in_rows, rows_of
 from weavecore.geometry.closest import segment_distances
+from weavecore.polling import each
 from weavecore.tolerances import CLASH
 
 _OWN_REACH = 4.0
@@ -35,6 +36,9 @@ _LONGEST_OF_MEDIAN = 2.0
 _LOOSE = 0.25
 """Part of a diameter by which rods may be apart at a joint: a tie pulls them together without bending them by more
 than this over an edge, which is hundreds of diameters long."""
+
+_PAIRS_AT_ONCE = 100_000
+"""Pairs of segments that are compared at once: a bound on memory."""
 
 _CLASHING = (
     "These rods lie nearer to each other than their diameter, mostly at joints in tight curves or at sharp crossings. "
@@ -107,13 +111,19 @@ def _near_pairs(axes: WrittenAxes, thickness: Floats) -> tuple[list[tuple[int, i
     length = np.linalg.norm(b - a, axis=1)
     tree = cKDTree((a + b) / 2)
     pairs = tree.query_pairs(reach + float((length + 2 * slack).max(initial=0.0)), output_type="ndarray")
-    i, j = pairs.astype(np.int64).T
-    apart = _apart(axes, rod, low, high, i, j)
-    i, j = (k[~((rod[i] == rod[j]) & (apart < _OWN_REACH * reach))] for k in (i, j))
-    distance, _ = segment_distances(a[i], b[i], a[j], b[j])
+
+    def nearer_than_thick(i: Ints, j: Ints) -> tuple[Ints, Ints]:
+        """The pairs of segments that may be too near, neighbours on one rod left out."""
+        apart = _apart(axes, rod, low, high, i, j)
+        i, j = (k[~((rod[i] == rod[j]) & (apart < _OWN_REACH * reach))] for k in (i, j))
+        distance, _ = segment_distances(a[i], b[i], a[j], b[j])
+        near = distance < (thickness[rod[i]] + thickness[rod[j]]) / 2 + slack[i] + slack[j]
+        return i[near], j[near]
+
+    parts = (pairs[begin : begin + _PAIRS_AT_ONCE].T for begin in range(0, len(pairs), _PAIRS_AT_ONCE))
+    found = [nearer_than_thick(*part) for part in each(parts)]
+    i, j = (np.concatenate([np.zeros(0, np.int64), *columns]) for columns in (zip(*found) if found else ((), ())))
     wanted = (thickness[rod[i]] + thickness[rod[j]]) / 2
-    near = distance < wanted + slack[i] + slack[j]
-    i, j, wanted = i[near], j[near], wanted[near]
     ends = np.stack([low[i], low[j]], axis=1), np.stack([high[i], high[j]], axis=1)
     gap = axes.gaps(np.stack([rod[i], rod[j]], axis=1), (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2)
     close = gap < wanted

@@ -31,7 +31,7 @@ MAX_FACES = 2_500_000
 _MAX_ARCH_OF_EDGE = 1 / 12  # height of the arch over a border edge, as a part of the edge
 _MAX_ARCH_OF_LONGEST = 1 / 2  # and as a part of the longest edge: behind it faces have their ordinary size
 _MAX_ARCH_OF_FACE = 1 / 4  # and as a part of the face's height above that edge
-_FACE_AREA = 0.17  # of a refined face, in squares of the longest edge: halves of right angles are common
+_FACE_AREA = 0.15  # of a refined face, in squares of the longest edge: halves of right angles are common
 _NEEDLE_EXPONENT = np.log2(3.0)  # a needle becomes three needles of half its length
 _MIN_ROUNDING_STEPS = 64.0  # of an edge: a shorter one has no midpoint between its ends
 _ROUNDED = 22  # bits of a length left out of account, so that moving the surface changes no choice
@@ -122,7 +122,8 @@ def _check_work(vertices: Floats, faces: Ints, longest: float, most_faces: int) 
     sides = np.sort([np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
     halvings = np.log2(np.maximum(sides[2] / np.maximum(sides[0], 1.0), 1.0))
     needles = 2.0 ** (_NEEDLE_EXPONENT * halvings)
-    each = area / _FACE_AREA + sides.sum(0) + needles
+    # A face that is hardly too long becomes two or three; along one without area there is a face for each edge.
+    each = np.maximum(area / _FACE_AREA, sides.sum(0)) + needles - 1.0
     expected = float(each.sum())
     if not expected <= most_faces:
         raise TooMuchWork(

@@ -26,7 +26,6 @@ from typing import Optional
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order
-from scipy.spatial import Delaunay
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, connected
 from weavecore.geometry.elementary import sines_and_cosines
@@ -139,6 +138,8 @@ def _jitter(n: int) -> Floats:
 
 
 def _delaunay(points: Floats) -> Ints:
+    from scipy.spatial import Delaunay
+
     faces = Delaunay(points).simplices.astype(np.int64)
     turned = _doubled_areas(points, faces) < 0
     faces[turned] = faces[turned][:, [0, 2, 1]]

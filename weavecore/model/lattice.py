@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Floats, Ints, frozen
 from weavecore.model.latitudes import Latitudes
@@ -109,6 +108,8 @@ class Lattice:
     @cached_property
     def node_depths(self) -> Floats:
         """(N,) distances of the nodes from the origins along the surface; off the latitudes of the nearest vertices."""
+        from scipy.spatial import cKDTree
+
         latitudes = self.latitudes
         depths = latitudes.distance[self.node_latitude]
         off = np.flatnonzero(self.node_latitude < 0)

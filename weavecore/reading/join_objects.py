@@ -9,7 +9,6 @@ from typing import Any, Optional
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Floats, Ints, connected
 from weavecore.model import Note
@@ -118,6 +117,8 @@ def _joined_notes(objects: Sequence[RhinoObject], meshed: MeshedObject, toleranc
 
 def _gap(meshed: MeshedObject) -> tuple[Optional[float], Floats]:
     """Shortest distance between vertices of two pieces, and where; None for one piece, or more than are compared."""
+    from scipy.spatial import cKDTree
+
     first, second = _neighbours(meshed.faces)
     count, label = connected(first, second, len(meshed.faces))
     if not 1 < count <= _MOST_COMPARED:

@@ -114,15 +114,16 @@ def measure_thickness(surface: SurfaceMesh, reach: float) -> Thickness:
     tree = cKDTree(points)
     for start in each(range(0, len(asked), 500)):  # bounds the memory of the candidates
         block = asked[start : start + 500]
-        near = tree.query_ball_point(points[block], reach + apart)
-        row = np.repeat(np.arange(len(block)), [len(one) for one in near])
-        other = np.concatenate([np.asarray(one, np.int64) for one in near])
+        near = cKDTree(points[block]).sparse_distance_matrix(tree, reach + apart, output_type="ndarray")
+        row, other = near["i"], near["j"]
+        cosine = np.einsum("ij,ij->i", normals[other], normals[block[row]])
+        is_alike = (cosine > _ALIKE) & (piece[other] != piece[block[row]])
+        may_be = np.flatnonzero((cosine < _OPPOSED) | is_alike)
+        row, other, is_alike = row[may_be], other[may_be], is_alike[may_be]
         to = points[other] - points[block[row]]
         height = np.abs(np.einsum("ij,ij->i", to, normals[block[row]]))
         aside = np.sqrt(np.maximum(np.einsum("ij,ij->i", to, to) - height**2, 0))
-        cosine = np.einsum("ij,ij->i", normals[other], normals[block[row]])
-        is_other_piece = piece[other] != piece[block[row]]
-        hit = (cosine < _OPPOSED) | (is_other_piece & (cosine > _ALIKE) & (aside <= _BESIDE * height))
+        hit = ~is_alike | (aside <= _BESIDE * height)
         hit &= (height < reach) & (aside <= np.maximum(apart, _ASLANT * height))
         np.minimum.at(thickness, start + row[hit], height[hit])
     return Thickness(points[asked], thickness)

@@ -29,8 +29,9 @@ _RADIUS_AT_REST_PER_SIZE = 0.0015
 """Least radius of the rods at rest, in diagonals of the bounding box: two pixels of a usual picture, so that colours
 are visible."""
 
-_STEP_PER_EDGE = 0.08
-"""Rods of a weave are drawn in straight segments of this part of an edge."""
+_STEP_PER_EDGE, _STEP_PER_SIZE = 0.08, 0.002
+"""Rods of a weave are drawn in straight segments of the first part of an edge, but none shorter than the second part of
+the diagonal of the surface: three pixels of a usual picture."""
 
 _DIAMETERS_BACK = 4.0
 """How far the surface of a weave is set back, in diameters: more than the height of a stack of three rods."""
@@ -172,7 +173,8 @@ def _of_lattice(lattice: Lattice) -> Scene:
 def _of_weave(weave: Weave) -> Scene:
     lattice = weave.lattice
     triangles, _ = fan_triangles(lattice.face_offsets, lattice.face_nodes)
-    samples = weave.axes.samples(_STEP_PER_EDGE * min(lattice.latitudes.spacing, lattice.edge_length))
+    edge = min(lattice.latitudes.spacing, lattice.edge_length)
+    samples = weave.axes.samples(max(_STEP_PER_EDGE * edge, _STEP_PER_SIZE * lattice.latitudes.surface.size))
     strand = rows_of(samples.offsets)
     start = np.flatnonzero(np.diff(strand) == 0)
     letters = np.array([name[0] for name in weave.ids])

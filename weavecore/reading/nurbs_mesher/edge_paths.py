@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Floats, Ints
 from weavecore.geometry.nurbs import NurbsCurve, curve_points
@@ -158,6 +157,8 @@ def join_shapes(shapes: Sequence[BrepShape], tolerance: float) -> BrepShape:
 
 def _clusters(points: Floats, tolerance: float) -> Ints:
     """For each point the first of those connected to it by steps within the tolerance."""
+    from scipy.spatial import cKDTree
+
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     n = len(points)
     links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))

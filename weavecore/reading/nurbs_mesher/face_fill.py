@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
 from weavecore.geometry.nurbs import surface_points
@@ -181,6 +180,8 @@ def _row_density(grid: FaceGrid, sizes: Floats, way: int) -> tuple[Floats, float
 
 def _near_segments(face: FaceShape, border: FaceBorder, creases: FaceCreases, points: Floats, wanted: Floats) -> Bools:
     """Which points are too near to the border or to a crease."""
+    from scipy.spatial import cKDTree
+
     ends = np.concatenate([border.uv, creases.uv])[np.concatenate([border.segments, creases.segments])]
     tail, head = ends[:, 0], ends[:, 1]
     fine = np.concatenate([tail, tail * 0.75 + head * 0.25, (tail + head) / 2, tail * 0.25 + head * 0.75])
@@ -194,6 +195,8 @@ def _thinned(points: Floats, wanted: Floats) -> Bools:
 
     In each round the points that come first among their neighbours stay, and their neighbours are removed.
     """
+    from scipy.spatial import cKDTree
+
     n = len(points)
     kept = np.ones(n, bool)
     if n < 2:

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from weavecore.errors import Degenerate, TooMuchWork
 from weavecore.geometry.arrays import Floats, Ints
@@ -202,6 +201,8 @@ def _graded(points: Floats, wanted: Floats, links: Ints) -> Floats:
     """The greatest lengths that are nowhere above ``wanted`` and grow slowly: a shortest path from a virtual
     source.
     """
+    from scipy.spatial import cKDTree
+
     n = len(points)
     _, near = cKDTree(points).query(points, k=min(_NEIGHBOURS + 1, n))
     near = np.asarray(near).reshape(n, -1)[:, 1:]

@@ -17,7 +17,6 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, first_equal_point
 from weavecore.reading.nurbs_mesher.meshed_object import MeshedObject
@@ -110,6 +109,8 @@ def _weld_borders(vertices: Floats, faces: Ints, mesh_of_vertex: Ints, tolerance
     """The faces with border vertices welded that are each other's nearest in different meshes and within
     tolerance.
     """
+    from scipy.spatial import cKDTree
+
     sides, _ = _border_sides(faces)
     border = np.unique(sides)
     length = np.linalg.norm(vertices[sides[:, 0]] - vertices[sides[:, 1]], axis=1)
@@ -150,6 +151,8 @@ def _nearest_side(vertices: Floats, sides: Ints, which: Ints) -> tuple[Ints, Flo
     """The nearest segment to each vertex in ``which``, the distance, and where along the segment the vertex lies (0
     to 1).
     """
+    from scipy.spatial import cKDTree
+
     tail, head = vertices[sides[:, 0]], vertices[sides[:, 1]]
     middle = (tail + head) / 2
     k = min(_NEAREST, len(sides))
