@@ -66,7 +66,7 @@ def draw_labels(
     of_piece = {strip.piece.id: strip for strip in strips}
     texts = [
         _lines(plan, of_piece[piece.id], bar, step_of, is_start)
-        for bar in bars
+        for bar in each(bars)
         for piece in bar.pieces
         for is_start in (True, False)
     ]
