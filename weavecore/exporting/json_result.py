@@ -12,7 +12,6 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from weavecore.exporting.product import Product, strand_lengths
 from weavecore.geometry.splines import DEGREE
@@ -110,18 +109,12 @@ def _note(note: Note) -> dict[str, Any]:
     }
 
 
-def _rows(array: NDArray[Any]) -> list[Any]:
-    """The rows of a long array as lists."""
-    starts = each(range(0, len(array), _ITEMS_AT_ONCE))
-    return [row for start in starts for row in array[start : start + _ITEMS_AT_ONCE].tolist()]
-
-
 def _surface(surface: SurfaceMesh) -> dict[str, Any]:
     poll()
     entry: dict[str, Any] = {
         "name": printable(surface.name),
-        "vertices": _rows(surface.vertices),
-        "faces": _rows(surface.faces),
+        "vertices": surface.vertices.tolist(),
+        "faces": surface.faces.tolist(),
     }
     if surface.cuts:
         entry["cut"] = [loop.tolist() for loop in surface.cuts]
