@@ -12,6 +12,7 @@ import functools
 import threading
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, Callable, Optional, TypeVar, cast
 
@@ -65,14 +66,31 @@ def pollable(stage: Stage) -> Stage:
     def run(*arguments: Any, progress: Optional[Progress] = None, **options: Any) -> Any:
         if progress is None:
             return stage(*arguments, **options)
-        listener = _Listener(progress)
-        token = _LISTENER.set(listener)
-        try:
-            return stage(*arguments, progress=listener.tell, **options)
-        finally:
-            _LISTENER.reset(token)
+        with listening(progress) as tell:
+            return stage(*arguments, progress=tell, **options)
 
     return cast("Stage", run)
+
+
+@contextmanager
+def listening(progress: Progress) -> Iterator[Progress]:
+    """Let `poll` call a callback meanwhile; a stage that has one of its own is heard by that.
+
+    Parameters
+    ----------
+    progress : callable
+
+    Yields
+    ------
+    callable
+        What is to be called in its place, so that `poll` repeats what was told last.
+    """
+    listener = _Listener(progress)
+    token = _LISTENER.set(listener)
+    try:
+        yield listener.tell
+    finally:
+        _LISTENER.reset(token)
 
 
 def poll() -> None:

@@ -76,6 +76,8 @@ class Component:
     file: str | None = None
     RunCount: int = 1
     n_items: int = 1
+    lists: Sequence[str] = ()
+    n_branches: int = 1
     messages: list[tuple[str, str]] = field(default_factory=list)
     captions: list[str] = field(default_factory=list)
 
@@ -87,8 +89,8 @@ class Component:
                     Name=n,
                     NickName=n,
                     SourceCount=int(n in self.wired),
-                    Access="item",
-                    VolatileData=SimpleNamespace(DataCount=self.n_items, PathCount=1),
+                    Access="list" if n in self.lists else "item",
+                    VolatileData=SimpleNamespace(DataCount=self.n_items, PathCount=self.n_branches),
                 )
                 for n in self.inputs
             ]

@@ -18,6 +18,7 @@ from weavecore.canvas import Run, measure, read_geometry, solve
 from weavecore.canvas.caching import cache_of
 from weavecore.canvas.solve import Indistinct, digest
 from weavecore.canvas.trees import data_tree, grouped
+from weavecore.canvas.writing import write_value
 from weavecore.errors import NonManifold, Unsupported
 from weavecore.model import SurfaceMesh
 from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, rhino_faces, rhino_vertices
@@ -196,6 +197,27 @@ def test_a_fault_of_the_program_is_one_balloon_and_no_traceback(canvas: Canvas) 
     assert level == "Error"
     assert text.startswith("INTERNAL: ZeroDivisionError: division by zero.")
     assert ran.is_empty
+
+
+def test_escape_is_heard_while_results_are_drawn_and_between_stages(
+    canvas: Canvas, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("weavecore.polling.INTERVAL", 0.0)
+    points = np.zeros((2, 3))
+
+    def draw(run: Run, x: Any) -> tuple[Any]:
+        canvas.is_escape_down = True
+        return (x(run),)
+
+    for work in (
+        lambda run: run.drawing.lines(points, points),
+        lambda run: run.drawing.polylines(points, np.array([0, 2]), [False]),
+        lambda run: run.drawing.mesh(points, np.zeros((1, 4), np.int64)),
+        lambda run: run.tree([((0,), [1])]),
+        lambda run: write_value(run, None, "nothing.json", overwrite=False),
+    ):
+        canvas.is_escape_down = False
+        assert run_once(draw, x=work).messages == [("Remark", "Cancelled. Recompute to go on.")]
 
 
 def test_too_little_memory_is_told(canvas: Canvas) -> None:

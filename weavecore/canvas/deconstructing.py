@@ -21,6 +21,7 @@ from weavecore.geometry.polygon_mesh import nodes_on_border
 from weavecore.model import Lattice, Weave
 from weavecore.model.lattice import node_generations
 from weavecore.model.springs import springs_of
+from weavecore.polling import each
 from weavecore.units import METRES
 
 
@@ -103,7 +104,7 @@ def draw_weave_parts(run: Run, weave: Weave) -> WeaveParts:
     joint_of_visit = np.full(len(weave.strands.nodes), -1, np.int64)
     joint_of_visit[joints.visit] = joints.joint
     along, stations = [], []
-    for s, path in sorted(enumerate(paths), key=lambda part: part[1]):
+    for s, path in each(sorted(enumerate(paths), key=lambda part: part[1])):
         visits = np.arange(weave.strands.offsets[s], weave.strands.offsets[s + 1])
         visits = visits[joint_of_visit[visits] >= 0]
         along.append((path, joint_of_visit[visits].tolist()))

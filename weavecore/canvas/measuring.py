@@ -12,6 +12,7 @@ from weavecore.fabricating.needs import MaterialNeeds, estimate_needs
 from weavecore.fabricating.workshop import Workshop
 from weavecore.geometry.arrays import Floats
 from weavecore.model import Latitudes, Lattice, Weave
+from weavecore.polling import each
 from weavecore.units import millimetres_in
 from weavecore.viewing.summary import regular_share
 
@@ -131,7 +132,7 @@ def _spacings(latitudes: Latitudes) -> Floats:
 
     lines = latitudes.polylines
     spacings = []
-    for child in np.unique(latitudes.parents[:, 1]).tolist():
+    for child in each(np.unique(latitudes.parents[:, 1]).tolist()):
         parents = latitudes.parents[latitudes.parents[:, 1] == child, 0].tolist()
         starts = np.concatenate([lines.polyline(p) for p in parents])
         ends = np.concatenate([np.roll(lines.polyline(p), -1, axis=0) for p in parents])

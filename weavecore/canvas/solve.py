@@ -29,6 +29,7 @@ from weavecore.canvas.caching import cache_of, pressed, runs_of
 from weavecore.canvas.placing import offer_lists
 from weavecore.canvas.trees import data_tree
 from weavecore.errors import UnitUnknown, Unsupported, WeaveError
+from weavecore.polling import listening
 from weavecore.rhino_geometry import DocumentUnit, Drawing, document_unit, is_rhino_mesh, rhino_faces, rhino_vertices
 
 REMARK, WARNING, ERROR = "Remark", "Warning", "Error"
@@ -117,9 +118,18 @@ class Run:
         ------
         Cancelled
         """
+        self.check()
+        self.show_text(f"{label} {fraction:.0%}")
+
+    def check(self, _fraction: float = 0.0, _label: str = "") -> None:
+        """Stop where the user wants that.
+
+        Raises
+        ------
+        Cancelled
+        """
         if self.is_cancelled():
             raise Cancelled
-        self.show_text(f"{label} {fraction:.0%}")
 
     def tree(self, branches: Iterable[tuple[tuple[int, ...], list[Any]]]) -> Any:
         """A ``DataTree`` of branches, whose paths begin with the number of the run.
@@ -233,7 +243,9 @@ def _run(
             warnings.simplefilter("ignore")
             warnings.simplefilter("always", UnitUnknown)
             _check_kinds(inputs, needs)
-            outputs = tuple(compute(run, **inputs))
+            # Between the stages, where results are drawn and written, Escape is polled as well.
+            with listening(run.check):
+                outputs = tuple(compute(run, **inputs))
     except Cancelled:
         return replace(
             failed, is_cancelled=True, caption="cancelled", balloons=((REMARK, "Cancelled. Recompute to go on."),)

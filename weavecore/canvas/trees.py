@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
+from weavecore.polling import each
+
 Branch = tuple[tuple[int, ...], list[Any]]
 """A path of a data tree and the items that lie there."""
 
@@ -27,7 +29,7 @@ def data_tree(branches: Iterable[Branch]) -> Any:
     system: Any = import_module("System")
     # Python's own object is no type for .NET.
     tree = grasshopper.DataTree[system.Object]()
-    for path, items in branches:
+    for path, items in each(branches):
         place = paths.GH_Path(*path)
         tree.EnsurePath(place)
         for item in items:

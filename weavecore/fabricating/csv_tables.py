@@ -157,7 +157,7 @@ def read_table(content: bytes) -> ReadTable:
     """
     text = content.decode()
     body = text.split("\n", 1)[1] if text.startswith("#") else text
-    names, *rows = csv.reader(io.StringIO(body, newline=""))
+    names, *rows = each(csv.reader(io.StringIO(body, newline="")))
     return ReadTable({name: [row[k].removeprefix(_APOSTROPHE) for row in rows] for k, name in each(enumerate(names))})
 
 

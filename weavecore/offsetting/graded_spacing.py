@@ -40,7 +40,10 @@ DEFAULT_REACH = 0.25
 """Part of the surface's extent at which a single point has half of its effect."""
 
 _LEVELS_PER_SPACING = 8
-"""Level sets in one spacing along which the mean of the field is taken: the mesh has two edges there."""
+"""Level sets in one spacing, or in the width along which the field changes little: the mesh has two edges there."""
+
+_WIDTH = 0.1
+"""Part of the reach along which a field changes little: by 2% at a single point of the factor 0.5."""
 
 _SHARPNESS = 4
 """Power of the inverse distance: at twice the reach a sixteenth of the weight is left."""
@@ -134,8 +137,13 @@ def spacing_field(
         raise Unsupported(f"The reach must be positive (got {reach:g})", remedy="Give a positive length.")
     if not points:
         return None
-    far = DEFAULT_REACH * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) if reach is None else float(reach)
+    far = DEFAULT_REACH * _extent(surface) if reach is None else float(reach)
     return SpacingField(np.array(points), np.array(values), far)
+
+
+def _extent(surface: SurfaceMesh) -> float:
+    """The diagonal of the bounding box."""
+    return float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
 
 
 def _wrong(what: str) -> Unsupported:
@@ -169,8 +177,10 @@ def grade_spacing(surface: SurfaceMesh, spacing: Spacing, field: SpacingField) -
     """
     asked = LevelSchedule.of(spacing)
     refuse_closed(surface)
-    fine = refine_for_spacing(surface, asked.least_spacing)
-    step = asked.least_spacing / _LEVELS_PER_SPACING
+    # The field hardly changes within a part of its reach: so fine need neither the mesh nor the level sets be.
+    width = max(asked.least_spacing, _WIDTH * min(field.reach, DEFAULT_REACH * _extent(surface)))
+    fine = refine_for_spacing(surface, width)
+    step = width / _LEVELS_PER_SPACING
     means, ratio, widest = _means_along_levels(fine, measure_distance(fine), field, step)
     graded = np.concatenate([[0.0], np.cumsum(step / means)])
     n = float(asked.level_index(graded[-1:])[0])

@@ -12,6 +12,7 @@ from typing import Any, Optional
 import numpy as np
 
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.polling import each, poll
 from weavecore.rhino_geometry.mesh_archive import mesh_archive
 from weavecore.rhino_geometry.net_arrays import net_array
 
@@ -31,12 +32,14 @@ class Drawing:
 
     def points(self, points: Floats) -> Any:
         """Points (n, 3) as Rhino's."""
+        poll()
         if self._has_arrays:
             return net_array(self._library.Point3d, np.asarray(points, np.float64))
         return list(map(self._library.Point3d, *points.T.tolist()))
 
     def vectors(self, vectors: Floats) -> list[Any]:
         """Vectors (n, 3) as Rhino's."""
+        poll()
         return list(map(self._library.Vector3d, *vectors.T.tolist()))
 
     def polyline(self, points: Floats, *, is_closed: bool) -> Any:
@@ -51,19 +54,19 @@ class Drawing:
     def polylines(self, points: Floats, offsets: Ints, closed: Any) -> list[Any]:
         """A polyline curve for each row of ragged points."""
         ends = offsets.tolist()
-        return [
-            self.polyline(points[start:end], is_closed=bool(loop)) for start, end, loop in zip(ends, ends[1:], closed)
-        ]
+        rows = each(zip(ends, ends[1:], closed))
+        return [self.polyline(points[start:end], is_closed=bool(loop)) for start, end, loop in rows]
 
     def lines(self, starts: Floats, ends: Floats) -> list[Any]:
         """A line from each start (n, 3) to each end (n, 3)."""
         if self._has_arrays:
             return list(net_array(self._library.Line, np.concatenate([starts, ends], axis=1)))
         make = self._library.Line
-        return [make(a, b) for a, b in zip(self.points(starts), self.points(ends))]
+        return [make(a, b) for a, b in each(zip(self.points(starts), self.points(ends)))]
 
     def spline(self, knots: Floats, controls: Floats) -> Any:
         """A B-spline curve: knots (n + degree + 1,) in full form, control points (n, 3)."""
+        poll()
         order = len(knots) - len(controls)
         curve = self._library.NurbsCurve.Create(False, order - 1, self.points(controls))
         # Rhino's knots go without the first and the last one.
@@ -76,6 +79,7 @@ class Drawing:
 
         The colour is red, green and blue in 0…255.
         """
+        poll()
         archive = None if self._has_arrays or not len(points) else mesh_archive(self._library)
         if archive is not None:
             content = archive.encode(points, quads, None if colour is None else (colour[0], colour[1], colour[2]))
