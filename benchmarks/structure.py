@@ -132,7 +132,7 @@ def halved_row(weave: wc.Weave, supports: str, segments: int) -> list[str]:
         seconds.append(f"{time.process_time() - begun:.1f}")
         means.append(found.departure_mean * unit)
         stresses.append(f"{found.stress_max:.0f}")
-    change = f"{means[1] / means[0] - 1.0:+.1%}"
+    change = f"{means[1] / means[0] - 1.0:+.1%}, {means[1] - means[0]:+.2g} mm"
     return [supports, str(segments), f"{means[0]:.3g}", f"{means[1]:.3g}", change, *stresses, *seconds]
 
 

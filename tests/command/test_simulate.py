@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable
 
 import pytest
 
-from weavecore.simulating import compensate
+from weavecore import structural_analysis
+from weavecore.model import BuildSequence, Replay
+from weavecore.simulating.replay import FindSequence
 
 Run = Callable[..., Any]
 
@@ -83,16 +86,28 @@ def test_supports_are_read_from_a_file_of_points(run: Run, woven: Path) -> None:
 def test_simulate_compensates_marks_and_replays_the_sequence(
     run: Run, woven: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(compensate, "_SPRINGS", (1e-2, 1e-7))
+    def spread(find: FindSequence, replay: Callable[[BuildSequence], Replay]) -> Replay:
+        return replace(replay(find((1,))), spread=(1,))
+
+    monkeypatch.setattr(structural_analysis, "improve_sequence", spread)
     assert run("simulate", "woven.json", "-o", "drawn.json", "--no-gravity", "-q").status == 0
     departure = json.loads(Path("drawn.json").read_text("utf-8"))["equilibrium"]["departure"]["max"]
-    options = ("--compensate", "--within", str(0.9 * departure), "--no-gravity", "--sequence", "steps.json")
+    options = (
+        "--compensate",
+        "--within",
+        str(0.9 * departure),
+        "--no-gravity",
+        "--sequence",
+        "steps.json",
+        "--improve-sequence",
+    )
     ended = run("simulate", "woven.json", "-o", "cut.json", *options)
     assert (ended.status, ended.err) == (0, "")
     before = json.loads(woven.read_text("utf-8"))
     after = json.loads(Path("cut.json").read_text("utf-8"))
     assert after["notes"][-1]["code"] == "COMPENSATED"
     assert after["equilibrium"]["departure"]["max"] <= 0.9 * departure
+    assert after["equilibrium"]["spread"] == [1]
     steps = json.loads(Path("steps.json").read_text("utf-8"))["steps"]
     assert steps[-1]["rods"] == len(before["strands"])
     assert "displacement" in ended.out

@@ -123,3 +123,17 @@ def test_an_improved_sequence_moves_no_further_and_lists_its_rods(tmp_path: Path
 def test_a_replay_of_no_step_is_refused() -> None:
     with pytest.raises(Unsupported, match="shows nothing"):
         pipeline.replay(tube(), most_steps=0)
+
+
+def test_the_workshop_folder_has_the_sequence_that_a_result_carries(tmp_path: Path) -> None:
+    equilibrium = replace(pipeline.simulate(tube()), spread=(1, 2))
+    pipeline.export(equilibrium, tmp_path / "relaxed.json")
+    back = pipeline.read_result(tmp_path / "relaxed.json")
+    assert back.spread == (1, 2)
+    pipeline.fabricate(tmp_path / "relaxed.json", tmp_path / "bench")
+    rows = (tmp_path / "bench" / "sequence.csv").read_text("utf-8").splitlines()
+    header, *rows = [row for row in rows if not row.startswith("#")]
+    rods = [row.split(",")[header.split(",").index("rod")] for row in rows]
+    order = list(dict.fromkeys(rods))
+    assert order == [tube().ids[s] for s in find_sequence(tube(), spread=(1, 2)).strand]
+    assert order != [tube().ids[s] for s in find_sequence(tube()).strand]

@@ -8,6 +8,7 @@ import pytest
 from weavecore.model import Weave
 from weavecore.weaving.axes import OVERHANG_DIAMETERS
 from weavecore.weaving.overhangs import clear_overhangs, with_overhangs
+from weavecore.weaving.weave import move_nodes
 from woven_plates import woven_plate
 from woven_rods import woven_sample
 
@@ -44,3 +45,12 @@ def test_all_other_overhangs_are_of_ten_diameters_or_two_fifths_of_the_edge() ->
     usual = np.minimum(OVERHANG_DIAMETERS * weave.rod_diameter, 0.4 * room_beside_ends(weave))
     assert np.allclose(weave.axes.overhangs[open_], usual[open_])
     assert (weave.axes.overhangs[~open_] == 0.0).all()
+
+
+def test_rods_through_nodes_that_stay_keep_the_layers_that_they_were_woven_in() -> None:
+    weave = woven_sample("narrow_neck", "plain")
+    again = move_nodes(weave, weave.lattice.nodes)
+    assert (again.axes.layer_offsets == weave.axes.layer_offsets).all()
+    assert np.abs(again.axes.points - weave.axes.points).max() < 1e-3
+    assert np.abs(again.axes.overhangs - weave.axes.overhangs).max() < 1e-3
+    assert len(again.clashes) == len(weave.clashes)

@@ -7,8 +7,8 @@
 4. In the same model marks are fitted to the held nodes, and as many of these are let go as the limit allows; again an
    equilibrium verifies what is left.
 
-Held nodes that are let go are tried in batches, those that move the weave least first.  The work is bounded: each of
-the searches has its most factorisations, and there are some ten.
+Held nodes that are let go are tried in batches, those that move the weave least first.  Step 4 ends with what it has
+when a number of factorisations is spent, so that results do not depend on the clock.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from weavecore.simulating.anchored import NearDrawing
 from weavecore.simulating.boundary import Loads, Supports, supported_nodes, three_point_gauge
 from weavecore.simulating.hold import MARGIN, STIFF, WEAK, hold_until_within, nodes_to_hold
 from weavecore.simulating.linearised import LinearisedWeave
-from weavecore.simulating.marks import FIRST_DAMPING, MarkFit, moving
+from weavecore.simulating.marks import FIRST_DAMPING, FIT_WORK, MarkFit, moving
 from weavecore.simulating.newton import factorised, find_equilibrium
 from weavecore.simulating.simulate import laid_over, simulate_weave
 from weavecore.units import millimetres_in, with_unit
@@ -47,6 +47,9 @@ takes up what is left where that exceeds the limit."""
 _PARTS = (1.0, 0.75, 0.5, 0.25)
 """Of the nodes that the linear model with marks lets go, those that are tried in turn: it errs by more than the one
 without."""
+
+_MOST_WORK = 3.5e6
+"""Unknowns times factorisations, after which no more nodes are let go: about a minute."""
 
 _FIRST_BATCH = 0.25
 """Part of the held nodes that are let go at once at first."""
@@ -106,6 +109,13 @@ def compensate_weave(
     return replace(made, weave=noted, after=replace(made.after, weave=noted))
 
 
+@dataclass
+class _Work:
+    """Factorisations that are left."""
+
+    left: float
+
+
 @dataclass(frozen=True, eq=False)
 class _Search:
     """The search for marks and held nodes of one weave; ``limit`` is in the model's unit."""
@@ -125,6 +135,12 @@ class _Search:
     def near(self) -> NearDrawing:
         """The weave as drawn."""
         return NearDrawing(self.weave, self.weave.axes.points * self.metres, self.metres)
+
+    @cached_property
+    def _work(self) -> _Work:
+        work = _Work(_MOST_WORK / (3 * len(self.near.rods.points)))
+        work.left -= self.before.n_steps
+        return work
 
     def with_marks(self, loads: Loads) -> Compensation:
         """Marks alone, fitted from where the weave rests, where that is near its drawing."""
@@ -146,10 +162,11 @@ class _Search:
         if not drawn.is_within:
             return drawn
         model = _MarkedModel(self.near, self.is_held, self.loads, drawn.held)
-        let_go = model.let_go(MARGIN * self.limit * self.metres)
+        work = self._work
+        let_go = model.let_go(MARGIN * self.limit * self.metres, work)
         for part in _PARTS:
             fewer = let_go[: int(part * len(let_go))]
-            if not fewer:
+            if not fewer or work.left <= 0:
                 break
             held, moves = model.without(fewer)
             is_fixed = self.is_held.copy()
@@ -189,6 +206,7 @@ class _Search:
         for _ in range(_ROUNDS):
             fit = MarkFit(near, MARGIN * self.limit * self.metres, self.progress)
             state = fit.find(is_fixed, loads, start=start, moves=moves)
+            self._work.left -= fit.n_factorised
             if not state.solution.is_converged:
                 break
             cut = self.move_nodes(near.weave, near.weave.lattice.nodes + state.moves / self.metres)
@@ -196,7 +214,8 @@ class _Search:
             after = replace(after, points=_beside(after, self.before), drawn=self.before.drawn)
             if made is None or after.departure_max < made[1].departure_max:
                 made = cut, after
-            if after.departure_max <= self.limit or state.worst > self.limit * self.metres:
+            is_last = state.worst > self.limit * self.metres or self._work.left <= 0
+            if after.departure_max <= self.limit or is_last:
                 break
             near = NearDrawing(cut, self.near.drawn, self.metres)
             start, moves = after.points * self.metres, None
@@ -204,7 +223,9 @@ class _Search:
 
     def _simulated(self, weave: Weave, supports: Supports) -> Equilibrium:
         loads = self.loads if supported_nodes(weave, supports).any() else Loads()
-        return _reached(weave, supports=supports, loads=loads, unit=self.unit, progress=self.progress)
+        found = _reached(weave, supports=supports, loads=loads, unit=self.unit, progress=self.progress)
+        self._work.left -= found.n_steps
+        return found
 
     def _leaves_drawing(self, loads: Loads) -> bool:
         """Whether the weave is unstable at its drawing, so that no marks near to the drawn ones keep it there."""
@@ -229,19 +250,24 @@ class _MarkedModel:
         still = np.zeros((near.weave.lattice.n_nodes, 3))
         self._by_moves = MarkFit(near, 0.0).forces_by_moves(structure, still, found.points)
 
-    def let_go(self, limit: float) -> list[int]:
-        """Held nodes that may go, in turn, so that none departs by more than the limit in metres with other marks."""
+    def let_go(self, limit: float, work: _Work) -> list[int]:
+        """Held nodes that may go, in turn, so that none departs by more than the limit in metres with other marks.
+
+        It takes half of the work that is left at most.
+        """
+        least_left = work.left / 2
         linear = self._linear
         linear.held = list(self._held)
         linear.on_springs(WEAK)
         gone: list[int] = []
         batch = max(int(_FIRST_BATCH * len(linear.held)), 1)
-        while batch:
+        while batch and work.left > least_left:
             least = self._dispensable(batch)
             kept = np.isin(linear.held, least, invert=True)
             before, is_enough = list(linear.held), False
             if kept.any() and linear.without(kept)[1] == 0:
                 linear.keep(kept)
+                work.left -= FIT_WORK
                 is_enough = bool(self._fitted()[1].max() <= limit)
             if is_enough:
                 gone += least

@@ -41,6 +41,9 @@ bends."""
 _WEAK = 1e-7
 """Springs to the drawing in ``EI / l^3`` of a median segment: they only keep a released weave from drifting."""
 
+FIT_WORK = 4
+"""Factorisations that take as long as one least-squares fit of the moves."""
+
 _PARTS = (1.0, 0.5, 0.0)
 """Of the moves that a linear model gives, to begin with: those with which an equilibrium is found."""
 
@@ -77,6 +80,7 @@ class MarkFit:
 
     def __init__(self, near: NearDrawing, limit: float, progress: Optional[Progress] = None) -> None:
         self.near, self.limit, self._progress = near, limit, progress
+        self.n_factorised = 0
 
     def find(self, is_held: Bools, loads: Loads, *, start: Floats, moves: Optional[Floats] = None) -> MarkedState:
         """Marks with which the weave rests near the drawing, with some nodes (N,) held.
@@ -124,6 +128,7 @@ class MarkFit:
         cut = structure.cut_to(lengths * rods.scale[a])
         assert isinstance(cut, Anchored)
         found = find_equilibrium(cut, start, forces=forces, most_steps=_MOST_SEARCH)
+        self.n_factorised += found.n_steps
         return MarkedState(moves, found.points, found, cut, self.near.departure(found.points))
 
     def _step(self, state: MarkedState, damping: float, is_held: Bools) -> Floats:
@@ -132,6 +137,7 @@ class MarkFit:
         by_moves = self.forces_by_moves(structure, state.moves, state.points)[structure.free] @ moving(is_held)
         average = kron(self.near.average, identity(3), format="csr")[:, structure.free].tocsr()
         off = np.asarray(self.near.average @ (state.points - self.near.anchors)).ravel()
+        self.n_factorised += FIT_WORK
         step, _ = damped_least_squares(by_moves, average, state.solution.factors.solve, off, damping)
         return step
 
