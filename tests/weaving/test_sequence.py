@@ -22,7 +22,8 @@ WOVEN = [
 
 
 def weave_of(name: str, pattern: str) -> Weave:
-    return woven_tube(pattern) if name == "tube" else woven_sample(name, pattern)
+    # With a diameter of its own: no ring is broken for being bent too much.
+    return woven_tube(pattern) if name == "tube" else woven_sample(name, pattern, rod_diameter=0.4)
 
 
 def steps_of(sequence: BuildSequence) -> np.ndarray:
