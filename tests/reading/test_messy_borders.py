@@ -45,6 +45,28 @@ class TestNearVertices:
         assert len(surface_from_arrays(*both, tolerance=0.001).borders) == 1
         assert len(surface_from_arrays(*both, tolerance=0.0).borders) == 2
 
+    def test_sides_of_a_seam_that_stay_apart_are_doubted_with_the_weld_that_closes_them(self):
+        vertices, faces = dome()
+        left, right = faces[vertices[faces].mean(1)[:, 0] < 0], faces[vertices[faces].mean(1)[:, 0] > 0]
+        both = together((vertices, left), (moved(vertices, 0.1, 0, 0), right))
+        note = noted(surface_from_arrays(*both), "GAP")
+        assert note.is_doubt
+        assert "--weld 0.101" in note.text
+        assert np.abs(np.array(note.points)[:, 0]).max() < 0.2
+        closed = repair(RawMesh(*both), options=RepairOptions(weld=0.101))
+        assert (len(closed.borders), "GAP" in codes(closed)) == (1, False)
+
+    def test_a_soup_that_stays_one_is_doubted(self):
+        vertices, faces = loose(*dome())
+        shaken = vertices + np.random.default_rng(5).integers(-1, 2, vertices.shape) * 0.02
+        assert dict(noted(surface_from_arrays(shaken, faces), "GAP").numbers)["count"] == len(faces)
+
+    @pytest.mark.parametrize(
+        "name", ["slits", "plate_with_holes", "hole_near_the_rim", "ring_strip", "comb", "closed_ring"]
+    )
+    def test_other_borders_are_no_seams(self, name):
+        assert "GAP" not in codes(surface_from_arrays(*TOUGH[name](3)))
+
     def test_a_weld_that_crowds_an_edge_is_undone(self):
         vertices, quads = grid(6, 1)
         sheets = [vertices, vertices * [1, -1, 1] + [0, -0.0002, 0], vertices[:, [0, 2, 1]] + [0, 0.0002, 0]]

@@ -30,6 +30,7 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, first_equal_point, fi
 from weavecore.geometry.halfedges import next_halfedge
 from weavecore.model import Note, SurfaceMesh
 from weavecore.model.notes import at
+from weavecore.reading.border_gaps import note_gaps
 from weavecore.reading.border_stitches import stitch_borders
 from weavecore.reading.border_welds import tolerance_of, weld_borders
 from weavecore.reading.closed_surfaces import cut_closed_parts
@@ -176,7 +177,7 @@ def _with_options(surface: SurfaceMesh, options: RepairOptions) -> SurfaceMesh:
         surface = keep_outer_side(surface)
     if options.fill_holes is not None:
         surface = fill_holes(surface, options.fill_holes)
-    return note_pieces(surface)
+    return note_gaps(note_pieces(surface))
 
 
 def _close_borders(
