@@ -321,7 +321,8 @@ def wanted_shift(faces: Ints, points: Floats, sizes: Floats) -> Floats:
     (N, 3) float64
     """
     a, b, c = points[faces[:, 0]], points[faces[:, 1]], points[faces[:, 2]]
-    weight = np.linalg.norm(np.cross(b - a, c - a), axis=1) / sizes[faces].mean(1) ** 4
+    square = sizes[faces].mean(1) ** 2
+    weight = np.linalg.norm(np.cross(b - a, c - a), axis=1) / (square * square)
     centre = (a + b + c) / 3
     total = np.zeros(len(points))
     moment = np.zeros_like(points)

@@ -23,7 +23,10 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets
 from weavecore.polling import each, poll
 
 DEGREE = 3
-_GAUSS = np.polynomial.legendre.leggauss(4)  # exact for polynomials of degree 7
+_NEAR, _FAR = (np.sqrt(3 / 7 + sign * (2 / 7) * np.sqrt(6 / 5)) for sign in (-1, 1))
+_HEAVY, _LIGHT = ((18 + sign * np.sqrt(30)) / 36 for sign in (1, -1))
+_GAUSS = np.array([-_FAR, -_NEAR, _NEAR, _FAR]), np.array([_LIGHT, _HEAVY, _HEAVY, _LIGHT])
+"""Places and weights of Gauss and Legendre, exact for polynomials of degree 7."""
 
 _LENGTH_OF_CHORD = 1.2
 """Arc length over chord for which room is left: a cubic through smooth data is little longer than its chord."""
@@ -322,7 +325,7 @@ def cubic_curvatures(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats
     bend = (6.0 - 12.0 * t) / width**2 * (q - p) + ((6.0 * t - 4.0) * dp + (6.0 * t - 2.0) * dq) / width
     speed = np.linalg.norm(slope, axis=1)
     turn = np.linalg.norm(np.cross(slope, bend), axis=1)
-    curvatures: Floats = np.divide(turn, speed**3, out=np.zeros_like(speed), where=speed > 0)
+    curvatures: Floats = np.divide(turn, speed * speed * speed, out=np.zeros_like(speed), where=speed > 0)
     return curvatures
 
 

@@ -229,7 +229,7 @@ class _Spans:
         """Of the rods as they are; 0 where a curve stands still."""
         speed = np.sqrt(np.maximum(_polynomial(self.speed, 1.0), 0.0))
         turn = np.sqrt(np.maximum(_polynomial(self.bend, 1.0), 0.0))
-        curvature: Floats = np.divide(turn, speed**3, out=np.zeros_like(speed), where=speed > 0)
+        curvature: Floats = np.divide(turn, speed * speed * speed, out=np.zeros_like(speed), where=speed > 0)
         return curvature
 
 
@@ -278,7 +278,8 @@ def _fail(table: Floats, factor: Union[float, Floats]) -> Bools:
 
     Rows of the table (9, n) are the square of the least radius, the 5 coefficients of ``bend`` and the 3 of ``speed``.
     """
-    too_sharp: Bools = table[0] * factor**2 * _polynomial(table[1:6], factor) > _polynomial(table[6:], factor) ** 3
+    speed = _polynomial(table[6:], factor)
+    too_sharp: Bools = table[0] * factor**2 * _polynomial(table[1:6], factor) > speed * speed * speed
     return too_sharp
 
 
