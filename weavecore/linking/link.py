@@ -21,7 +21,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from weavecore.errors import Degenerate, TooMuchWork, Unsupported
-from weavecore.geometry.arrays import offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of, unit_vectors
+from weavecore.geometry.elementary import angles_between
+from weavecore.geometry.matching import ALONE
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.assemble import BandFilling, assemble, fill_all_bands
 from weavecore.linking.bending_smoothing import smooth_bending
@@ -48,7 +50,7 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 from weavecore.model.lattice_fit import inverted_faces
 from weavecore.model.rod_ends import count_short_rods
-from weavecore.model.rod_pairing import pair_darts
+from weavecore.model.rod_pairing import MOST_TURN, pair_darts
 from weavecore.texts import rough_count
 
 Progress = Optional[Callable[[float, str], None]]
@@ -195,7 +197,8 @@ def link_pattern(
     """
     if known_pattern(pattern) in PATTERNS:
         lattice = _linked_with_few_short_rods(latitudes, edge_length, PATTERNS[pattern], progress)
-        return _without_new_inversions(lattice, smooth_bending(lattice, free_rings=free_rings))
+        smoothed = _without_new_inversions(lattice, smooth_bending(lattice, free_rings=free_rings))
+        return _without_new_breaks(lattice, smoothed)
     made = DERIVED[pattern]
 
     def derive(lattice: Lattice) -> Lattice:
@@ -264,12 +267,42 @@ def _without_new_inversions(before: Lattice, after: Lattice) -> Lattice:
         back[after.face_nodes[np.isin(face, inverted)]] = True
         around = np.unique(face[back[after.face_nodes]])
         back[after.face_nodes[np.isin(face, around)]] = True
-        after = replace(
-            after,
-            nodes=np.where(back[:, None], before.nodes, after.nodes),
-            node_station=np.where(back, before.node_station, after.node_station),
-        )
+        after = _moved_back(before, after, back)
     return before
+
+
+def _without_new_breaks(before: Lattice, after: Lattice) -> Lattice:
+    """The smoothed lattice with nodes moved back where rods went on that now turn too much, if clearly fewer are short then."""
+    partner, tail = pair_darts(before), before.edges.ravel()
+    known = np.flatnonzero(partner != ALONE)
+    around = before.edges[:, ::-1].ravel()
+    back, found = np.zeros(before.n_nodes, bool), after
+    for _ in range(_MOST_REVERTS):
+        onward = pair_darts(found)
+        ended = known[(onward[known] == ALONE) & (_turns(found, known, partner[known]) > MOST_TURN)]
+        if len(ended) == 0:
+            break
+        back[tail[ended]] = back[around[ended]] = back[around[partner[ended]]] = True
+        found = _moved_back(before, found, back)
+    fewer = count_short_rods(pair_darts(after))[0] - count_short_rods(pair_darts(found))[0]
+    return found if fewer > _LITTLE_GAIN and len(inverted_faces(found)) <= len(inverted_faces(after)) else after
+
+
+def _turns(lattice: Lattice, one: Ints, other: Ints) -> Floats:
+    """Angles (k,) in radians by which rods turn from darts (k,) to others of the same nodes."""
+    tail, head = lattice.edges.ravel(), lattice.edges[:, ::-1].ravel()
+    away = unit_vectors(lattice.nodes[head] - lattice.nodes[tail])
+    turns: Floats = np.pi - angles_between(away[one], away[other])
+    return turns
+
+
+def _moved_back(before: Lattice, after: Lattice, back: Bools) -> Lattice:
+    """The lattice after with some nodes (N,) where they were before."""
+    return replace(
+        after,
+        nodes=np.where(back[:, None], before.nodes, after.nodes),
+        node_station=np.where(back, before.node_station, after.node_station),
+    )
 
 
 def link_latitudes(
