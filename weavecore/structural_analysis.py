@@ -15,6 +15,7 @@ from weavecore.fabricating.csv_tables import Source
 from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_whole
+from weavecore.geometry.arrays import Floats
 from weavecore.model import BuildSequence, Compensation, Equilibrium, Replay, Weave
 from weavecore.polling import pollable
 from weavecore.reading import read_result
@@ -95,7 +96,7 @@ def simulate(
     is_default = supports != "none" or within is not None
     loads = Loads(gravity=_direction(gravity, is_default=is_default), pressure=pressure, forces=tuple(forces))
 
-    def at_rest(held: Supports, carried: Loads = loads) -> Equilibrium:
+    def at_rest(held: Supports, carried: Loads = loads, start: Optional[Floats] = None) -> Equilibrium:
         return simulate_weave(
             weave,
             supports=held,
@@ -106,6 +107,7 @@ def simulate(
             tie_friction=tie_friction,
             unit=unit,
             buckling=buckling,
+            start=start if segments == SEGMENTS else None,
             progress=progress,
         )
 
@@ -118,7 +120,7 @@ def simulate(
     except NotConverged:
         released = None
     return hold_until_within(
-        at_rest,
+        lambda held, start: at_rest(held, start=start),
         within,
         weave=weave,
         released=released,

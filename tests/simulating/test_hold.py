@@ -76,5 +76,5 @@ def test_no_node_is_held_that_the_others_make_unnecessary() -> None:
 
 def test_nodes_that_are_held_already_are_not_chosen() -> None:
     weave = neck()
-    chosen = nodes_to_hold(weave, LIMIT, is_held=weave.is_border_node, loads=Loads(), metres=1e-3)
+    chosen, _ = nodes_to_hold(weave, LIMIT, is_held=weave.is_border_node, loads=Loads(), metres=1e-3)
     assert not weave.is_border_node[chosen].any()

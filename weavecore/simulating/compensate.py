@@ -182,7 +182,7 @@ class _Search:
         fixed = [nodes[[n]] for n in np.flatnonzero(self.is_held)]
         try:
             after = hold_until_within(
-                lambda held: self._simulated(weave, [*fixed, *held]),
+                lambda held, start: self._simulated(weave, [*fixed, *held], start),
                 self.limit,
                 weave=weave,
                 released=None,
@@ -210,7 +210,7 @@ class _Search:
             if not state.solution.is_converged:
                 break
             cut = self.move_nodes(near.weave, near.weave.lattice.nodes + state.moves / self.metres)
-            after = self._simulated(cut, supports)
+            after = self._simulated(cut, supports, state.points / self.metres)
             after = replace(after, points=_beside(after, self.before), drawn=self.before.drawn)
             if made is None or after.departure_max < made[1].departure_max:
                 made = cut, after
@@ -221,9 +221,16 @@ class _Search:
             start, moves = after.points * self.metres, None
         return made
 
-    def _simulated(self, weave: Weave, supports: Supports) -> Equilibrium:
-        loads = self.loads if supported_nodes(weave, supports).any() else Loads()
-        found = _reached(weave, supports=supports, loads=loads, unit=self.unit, progress=self.progress)
+    def _simulated(self, weave: Weave, supports: Supports, start: Floats) -> Equilibrium:
+        is_supported = bool(supported_nodes(weave, supports).any())
+        found = _reached(
+            weave,
+            supports=supports,
+            loads=self.loads if is_supported else Loads(),
+            unit=self.unit,
+            start=start if is_supported else None,
+            progress=self.progress,
+        )
         self._work.left -= found.n_steps
         return found
 

@@ -27,8 +27,8 @@ from weavecore.simulating.boundary import Loads
 from weavecore.simulating.linearised import LinearisedWeave
 from weavecore.simulating.newton import find_equilibrium
 
-Simulate = Callable[[Sequence[Floats]], Equilibrium]
-"""Comes to rest with the points given, each (1, 3), held; released where there are none."""
+Simulate = Callable[[Sequence[Floats], Floats], Equilibrium]
+"""Comes to rest with the points given, each (1, 3), held, from a start (n, 3) near the equilibrium."""
 
 STIFF = 1.0
 """Springs about which the weave is linearised, in ``EI / l^3`` of a median segment: every sample stays within a
@@ -52,7 +52,7 @@ _MOST_HELD = 250
 """Nodes that the linear model holds at most: a weave that needs more is better held at its borders."""
 
 
-def nodes_to_hold(weave: Weave, limit: float, *, is_held: Bools, loads: Loads, metres: float) -> Ints:
+def nodes_to_hold(weave: Weave, limit: float, *, is_held: Bools, loads: Loads, metres: float) -> tuple[Ints, Floats]:
     """Few nodes to hold besides those that are held (N,), by a linear model; see the module.
 
     Parameters
@@ -64,10 +64,16 @@ def nodes_to_hold(weave: Weave, limit: float, *, is_held: Bools, loads: Loads, m
     loads : Loads
     metres : float
         In one unit of the model.
+
+    Returns
+    -------
+    nodes : (h,) int64
+    points : (n, 3) float64
+        Along the rods on stiff springs, in the model's unit: the equilibrium with these nodes held is near.
     """
     near = NearDrawing(weave, weave.axes.points * metres, metres)
     linear = linearised_on_springs(near, is_held, loads)
-    return np.array(hold_in_model(linear, MARGIN * limit * metres), np.int64)
+    return np.array(hold_in_model(linear, MARGIN * limit * metres), np.int64), linear.points / metres
 
 
 def linearised_on_springs(near: NearDrawing, is_held: Bools, loads: Loads) -> LinearisedWeave:
@@ -97,7 +103,12 @@ def hold_in_model(linear: LinearisedWeave, limit: float) -> list[int]:
 
 
 def hold_until_within(
-    simulate: Simulate, limit: float, *, weave: Weave, released: Optional[Equilibrium], choose: Callable[[], Ints]
+    simulate: Simulate,
+    limit: float,
+    *,
+    weave: Weave,
+    released: Optional[Equilibrium],
+    choose: Callable[[], tuple[Ints, Floats]],
 ) -> Equilibrium:
     """Hold nodes until none departs by more than a limit, and return that equilibrium.
 
@@ -110,7 +121,7 @@ def hold_until_within(
     released : Equilibrium, optional
         Without supports, where it has an equilibrium.
     choose : callable
-        Gives the nodes to begin with, as `nodes_to_hold` does.
+        Gives the nodes and points to begin with, as `nodes_to_hold` does.
 
     Raises
     ------
@@ -123,9 +134,9 @@ def hold_until_within(
         raise Unsupported(f"The limit of departure must be positive (got {limit:g})", remedy="Give a length.")
     if released is not None and released.departure_max <= limit:
         return released
-    nodes, held = weave.lattice.nodes, choose()
+    nodes, (held, start) = weave.lattice.nodes, choose()
     for _ in range(_MOST_ROUNDS):
-        found = simulate([nodes[[n]] for n in held])
+        found = simulate([nodes[[n]] for n in held], start)
         if found.departure_max <= limit:
             return found
         held = np.concatenate([held, _worst(found, held, limit)])

@@ -34,7 +34,7 @@ class LinearisedWeave:
     """A weave near its drawing with some nodes held, linear about a state on springs."""
 
     def __init__(self, near: NearDrawing, structure: Anchored, points: Floats) -> None:
-        self._near, self._structure = near, structure
+        self._near, self._structure, self.points = near, structure, points
         bare = structure.on_springs(np.zeros(structure.n_points))
         self._hessian, self._force = bare.hessian(points), -bare.gradient(points)
         self._off = points - near.anchors

@@ -41,7 +41,7 @@ bends."""
 _WEAK = 1e-7
 """Springs to the drawing in ``EI / l^3`` of a median segment: they only keep a released weave from drifting."""
 
-FIT_WORK = 4
+FIT_WORK = 8
 """Factorisations that take as long as one least-squares fit of the moves."""
 
 _PARTS = (1.0, 0.5, 0.0)

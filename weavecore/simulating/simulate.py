@@ -51,6 +51,7 @@ def simulate_weave(
     tie_friction: Optional[float] = None,
     unit: Optional[str] = None,
     buckling: bool = False,
+    start: Optional[Floats] = None,
     progress: Optional[Progress] = None,
 ) -> Equilibrium:
     """Let the rods of a weave spring to where they rest.
@@ -74,6 +75,8 @@ def simulate_weave(
         Unit of the weave where it states none: ``"mm"``, ``"m"``…
     buckling : bool
         Whether the first buckling factor of the loads is found; takes about as long again.
+    start : (n, 3) float64, optional
+        Points along the rods, in the model's unit, from which the equilibrium is searched; by default the drawn ones.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -99,7 +102,8 @@ def simulate_weave(
     structure = structure_of(weave, rods, held, loads, diameter=diameter, metres=metres)
     scissors = scissors_of(rods.points, structure.ties, tie_stiffness)
     structure = replace(structure, scissors=scissors, ties=let_ties_slide(rods, structure.ties, tie_friction))
-    found = find_equilibrium(structure, rods.points, progress=progress)
+    first = rods.points if start is None else np.where(structure.is_fixed, rods.points, start * metres)
+    found = find_equilibrium(structure, first, progress=progress)
     words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)
     at_rest = replace(at_rest, supports=words, loads=str(loads))
