@@ -272,7 +272,10 @@ def _without_new_inversions(before: Lattice, after: Lattice) -> Lattice:
 
 
 def _without_new_breaks(before: Lattice, after: Lattice) -> Lattice:
-    """The smoothed lattice with nodes moved back where rods went on that now turn too much, if clearly fewer are short then."""
+    """The smoothed lattice, or that with nodes moved back where rods that went on turn too much now.
+
+    The latter where clearly fewer rods are short then.
+    """
     partner, tail = pair_darts(before), before.edges.ravel()
     known = np.flatnonzero(partner != ALONE)
     around = before.edges[:, ::-1].ravel()
