@@ -153,12 +153,12 @@ def exponent(rows: list[Row], size: str) -> float:
 
 
 def kept_rows() -> list[Row]:
-    """The rows of the last run that was kept."""
+    """The last row that was kept of every size and stage."""
     if not KEPT.exists():
         return []
     with KEPT.open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    return [row for row in rows if (row["date"], row["version"]) == (rows[-1]["date"], rows[-1]["version"])]
+    return list({(row["faces"], row["stage"]): row for row in rows}.values())
 
 
 def keep(runs: list[list[Row]]) -> None:
