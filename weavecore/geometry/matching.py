@@ -14,6 +14,9 @@ ALONE = -1
 _MAX_PAIRS = 20_000
 """Allowed pairs up to which the best matching is computed: the time of an integer programme has no bound."""
 
+_TIE = 1e-3
+"""Part of the least cost by which costs are made unlike each other at most."""
+
 
 def match_greedily(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
     """Pair things, the cheapest of the allowed pairs first.
@@ -69,6 +72,9 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
     pair = np.arange(len(one))
     which = np.r_[one, other], np.r_[pair, pair]
     shares = coo_matrix((np.ones(2 * len(one)), which), shape=(n, len(one))).tocsr()
+    # Among several best matchings another release of the solver may find another one, so no two costs are alike.
+    least = np.min(cost, where=cost > 0, initial=1.0)
+    cost = cost + _TIE * least * np.random.default_rng(0).random(len(cost))
     # One more pair outweighs all costs that it adds.
     reward = 2.0 * (1.0 + cost.max()) + cost.max() * np.sqrt(n)
     found = milp(
@@ -76,7 +82,8 @@ def match_best(one: Ints, other: Ints, cost: Floats, n: int) -> Ints:
         constraints=LinearConstraint(shares, ub=1.0),
         integrality=np.ones(len(one), np.int64),
         bounds=Bounds(0, 1),
-        options={"presolve": False},  # With it HiGHS prints a line now and then that nothing else can silence.
+        # With presolve HiGHS prints a line now and then that nothing else can silence.
+        options={"presolve": False, "mip_rel_gap": 0.0},
     )
     if found.x is None:
         return match_greedily(one, other, cost, n)
