@@ -107,7 +107,7 @@ def test_equilibria_keep_to_the_schema(options: dict[str, Any]) -> None:
     assert faults(document) == []
     document = shortened(document)
     assert faults(document) == []
-    for key in document["equilibrium"]:
+    for key in document["equilibrium"].keys() - {"spread"}:  # Results of 0.2.0 have none.
         assert faults({**document, "equilibrium": {k: v for k, v in document["equilibrium"].items() if k != key}}) != []
 
 
