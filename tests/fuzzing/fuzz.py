@@ -5,6 +5,7 @@ Run on demand::
     python tests/fuzzing/fuzz.py --cases 2000            # all targets
     python tests/fuzzing/fuzz.py --cases 200 --target 3dm --seed 7
     python tests/fuzzing/fuzz.py --cases 200 --like some.3dm others/*.3dm
+    python tests/fuzzing/fuzz.py --replay                # every input that is kept, as it is
 
 Each case is a whole file (of `corpus/`) that is cut, flipped, spliced, overwritten, of which a value is changed (JSON),
 or, for ``.3dm``, that is changed inside a chunk whose checksum is then made right again, so that the damage gets past
@@ -157,6 +158,21 @@ def fuzz(name: str, wholes: list[bytes], cases: int, seed: int, folder: Path, ke
     return tally
 
 
+def replay() -> bool:
+    """Call the targets with the inputs that are kept, and print what became of each; whether one failed."""
+    bad = False
+    for path in sorted(path for folder in ("corpus", "failed") for path in (HERE / folder).glob("*/*")):
+        for name in (one for one in TARGETS if SAME_FILES.get(one, one) == path.parent.name):
+            outcome, seconds, memory = run_case(name, path.read_bytes())
+            is_whole = path.parents[1].name == "corpus" and (name, path.name) != ("fabricate", "whole0")
+            fails = not outcome.startswith("read" if is_whole else ("read", "refused: "))
+            fails |= seconds > MOST_SECONDS or memory > MOST_MEMORY
+            word = "failed" if fails else "as it should be"
+            print(f"{word}: {name} {path.relative_to(HERE)}: {outcome}, {seconds:.1f} s", flush=True)  # noqa: T201
+            bad |= fails
+    return bad
+
+
 def main() -> int:
     """Run from the command line; the exit status is 1 where a case failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -165,7 +181,10 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--like", type=Path, nargs="+", default=[], help="files of your own to be damaged instead")
     parser.add_argument("--keep", action="store_true", help="keep the files that the guard had to contain")
+    parser.add_argument("--replay", action="store_true", help="call the targets with the inputs that are kept instead")
     given = parser.parse_args()
+    if given.replay:
+        return int(replay())
     folder = Path(tempfile.mkdtemp(prefix="fuzz_"))
     bad = False
     for name in given.target or TARGETS:
