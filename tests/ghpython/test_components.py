@@ -427,7 +427,7 @@ def test_what_a_stage_refuses_is_shown_with_its_remedy(canvas: Canvas, stages: d
 def test_escape_cancels_and_nothing_is_kept(name: str, stages: dict[str, Ran], canvas: Canvas, tmp_path: Path) -> None:
     inputs: dict[str, Any] = {
         "Weave_Surface": {"geometry": plane_file(tmp_path)},
-        "Weave_Offset": {"surface": stages["surface"]["surface"], "spacing": 61.7},
+        "Weave_Offset": {"surface": stages["surface"]["surface"], "spacing": 7.0},
         "Weave_Link": {"latitudes": stages["offset"]["latitudes"], "pattern": "quad"},
         "Weave_Strands": {"lattice": stages["link"]["lattice"], "diameter": 3.0},
         "Weave_Simulate": {"weave": stages["strands"]["weave"], "gravity": False},
