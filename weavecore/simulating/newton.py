@@ -43,7 +43,7 @@ from weavecore.simulating.structure import NO_RELAXATION, Forces, Structure
 Progress = Callable[[float, str], None]
 
 _MOST_STEPS = 300
-"""Factorisations: the slowest sample needs 226 (docs/structure.md)."""
+"""Factorisations: the slowest sample needs 161 (docs/structure.md)."""
 
 _TURN = 0.5
 """No segment turns by more than this, in radians, in one iteration: the linear elongations hold up to there."""
@@ -163,7 +163,7 @@ def find_equilibrium(
         Of the stiff elements in the first iteration, by default those at ``start``.  Where rest lengths have changed
         since, those of the equilibrium before are nearer to the ones that are sought.
     most_steps : int, optional
-        Factorisations after which the search ends.
+        Factorisations after which the search ends, 300 at most.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -171,7 +171,7 @@ def find_equilibrium(
     -------
     Solution
     """
-    search = _Search(structure, _MOST_STEPS if most_steps is None else most_steps, progress)
+    search = _Search(structure, _MOST_STEPS if most_steps is None else min(most_steps, _MOST_STEPS), progress)
     x, forces = start, structure.forces(start) if forces is None else forces
     damping, failed, was_indefinite, is_converged = 0.0, 0.0, False, False
     median = float(np.median(structure.stretches.rest))
