@@ -3,15 +3,18 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from weavecore import pipeline
 from weavecore.errors import Unsupported
+from weavecore.geometry.arrays import Floats, Ints
 from weavecore.model import Compensation, Equilibrium, Weave
 from weavecore.simulating import compensate
-from weavecore.simulating.simulate import laid_over
+from weavecore.simulating.discretise import place_points
+from weavecore.simulating.simulate import SEGMENTS, laid_over, simulate_weave
 from woven_rods import woven_sample
 
 LIMIT = 6.0
@@ -25,6 +28,11 @@ def dome() -> Weave:
 @cache
 def compensated() -> Compensation:
     return pipeline.compensate(dome(), supports="none", within=LIMIT)
+
+
+def far_from_enough(weave: Weave, limit: float, **_options: Any) -> tuple[Ints, Floats]:
+    """The first three nodes, from where the weave was drawn."""
+    return np.arange(3), place_points(weave.axes, segments=SEGMENTS, metres=1.0).points
 
 
 def test_a_released_weave_rests_within_the_limit_once_its_marks_are_compensated() -> None:
@@ -109,6 +117,23 @@ def test_where_no_marks_are_found_the_drawn_ones_stay_and_nodes_are_held(monkeyp
     note = found.weave.lattice.latitudes.surface.notes[-1]
     assert note.code == "COMPENSATED"
     assert "no other marks" in note.text
+
+
+def test_no_weave_comes_to_rest_after_the_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
+    steps: list[int] = []
+
+    def simulated(*arguments: Any, **options: Any) -> Equilibrium:
+        steps.append(options["most_steps"])
+        return simulate_weave(*arguments, **options)
+
+    monkeypatch.setattr(compensate, "simulate_weave", simulated)
+    monkeypatch.setattr(compensate, "_MOST_WORK", 1.0)
+    monkeypatch.setattr(compensate, "_NEAR", 0.0)
+    monkeypatch.setattr(compensate, "nodes_to_hold", far_from_enough)
+    found = pipeline.compensate(dome(), supports="none", within=0.01)
+    assert steps == [12, 12]
+    assert found.verdict == "out of reach"
+    assert found.weave.lattice.latitudes.surface.notes[-1].code == "SPRINGS_BACK"
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, np.nan])

@@ -7,14 +7,15 @@
 4. In the same model marks are fitted to the held nodes, and as many of these are let go as the limit allows; again an
    equilibrium verifies what is left.
 
-Held nodes that are let go are tried in batches, those that move the weave least first.  Step 4 ends with what it has
-when a number of factorisations is spent, so that results do not depend on the clock.
+Held nodes that are let go are tried in batches, those that move the weave least first.  All searches count their
+factorisations; when a number of them is spent, the search ends with what it has, so that results do not depend on the
+clock.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Callable, Optional, cast
 
 import numpy as np
@@ -49,7 +50,10 @@ _PARTS = (1.0, 0.75, 0.5, 0.25)
 without."""
 
 _MOST_WORK = 3.5e6
-"""Unknowns times factorisations, after which no more nodes are let go: about a minute."""
+"""Unknowns times factorisations, after which no weave comes to rest and no more nodes are let go: about a minute."""
+
+_LEAST_STEPS = 12
+"""Factorisations of a search when the work is spent: one that begins near its equilibrium takes up to 9."""
 
 _FIRST_BATCH = 0.25
 """Part of the held nodes that are let go at once at first."""
@@ -98,10 +102,12 @@ def compensate_weave(
         raise Unsupported(f"The limit of departure must be positive (got {limit:g})", remedy="Give a length.")
     is_held = supported_nodes(weave, supports)
     carried = loads if is_held.any() else Loads()
-    before = _reached(weave, supports=supports, loads=carried, unit=unit, progress=progress)
+    near = NearDrawing(weave, weave.axes.points * metres, metres)
+    work = _Work(_MOST_WORK / (3 * len(near.rods.points)))
+    before = _reached(weave, work, supports=supports, loads=carried, unit=unit, progress=progress)
     if before.is_stable and before.departure_max <= limit:
         return Compensation(weave, before, before, limit, np.zeros(0, np.int64), DRAWN)
-    search = _Search(weave, move_nodes, before, limit, metres, is_held, supports, loads, unit, progress)
+    search = _Search(near, move_nodes, before, work, limit, is_held, supports, loads, unit, progress)
     made = search.with_marks(carried)
     if not made.is_within and may_hold:
         made = search.with_held_nodes()
@@ -120,27 +126,26 @@ class _Work:
 class _Search:
     """The search for marks and held nodes of one weave; ``limit`` is in the model's unit."""
 
-    weave: Weave
+    near: NearDrawing
     move_nodes: MoveNodes
     before: Equilibrium
+    work: _Work
     limit: float
-    metres: float
     is_held: Bools
     supports: Supports
     loads: Loads
     unit: Optional[str]
     progress: Optional[Progress]
 
-    @cached_property
-    def near(self) -> NearDrawing:
-        """The weave as drawn."""
-        return NearDrawing(self.weave, self.weave.axes.points * self.metres, self.metres)
+    @property
+    def weave(self) -> Weave:
+        """As drawn."""
+        return self.near.weave
 
-    @cached_property
-    def _work(self) -> _Work:
-        work = _Work(_MOST_WORK / (3 * len(self.near.rods.points)))
-        work.left -= self.before.n_steps
-        return work
+    @property
+    def metres(self) -> float:
+        """In one unit of the model."""
+        return self.near.metres
 
     def with_marks(self, loads: Loads) -> Compensation:
         """Marks alone, fitted from where the weave rests, where that is near its drawing."""
@@ -162,11 +167,10 @@ class _Search:
         if not drawn.is_within:
             return drawn
         model = _MarkedModel(self.near, self.is_held, self.loads, drawn.held)
-        work = self._work
-        let_go = model.let_go(MARGIN * self.limit * self.metres, work)
+        let_go = model.let_go(MARGIN * self.limit * self.metres, self.work)
         for part in _PARTS:
             fewer = let_go[: int(part * len(let_go))]
-            if not fewer or work.left <= 0:
+            if not fewer or self.work.left <= 0:
                 break
             held, moves = model.without(fewer)
             is_fixed = self.is_held.copy()
@@ -180,9 +184,16 @@ class _Search:
         """The weave as drawn with nodes held besides the supports."""
         weave, nodes = self.weave, self.weave.lattice.nodes
         fixed = [nodes[[n]] for n in np.flatnonzero(self.is_held)]
+
+        def at_rest(held: Sequence[Floats], start: Floats) -> Equilibrium:
+            found = self._simulated(weave, [*fixed, *held], start)
+            if found.departure_max > self.limit and self.work.left <= 0:
+                raise NotConverged("The work is spent", remedy="Hold nodes, or allow more.", reached=found)
+            return found
+
         try:
             after = hold_until_within(
-                lambda held, start: self._simulated(weave, [*fixed, *held], start),
+                at_rest,
                 self.limit,
                 weave=weave,
                 released=None,
@@ -206,7 +217,7 @@ class _Search:
         for _ in range(_ROUNDS):
             fit = MarkFit(near, MARGIN * self.limit * self.metres, self.progress)
             state = fit.find(is_fixed, loads, start=start, moves=moves)
-            self._work.left -= fit.n_factorised
+            self.work.left -= fit.n_factorised
             if not state.solution.is_converged:
                 break
             cut = self.move_nodes(near.weave, near.weave.lattice.nodes + state.moves / self.metres)
@@ -214,7 +225,7 @@ class _Search:
             after = replace(after, points=_beside(after, self.before), drawn=self.before.drawn)
             if made is None or after.departure_max < made[1].departure_max:
                 made = cut, after
-            is_last = state.worst > self.limit * self.metres or self._work.left <= 0
+            is_last = state.worst > self.limit * self.metres or self.work.left <= 0
             if after.departure_max <= self.limit or is_last:
                 break
             near = NearDrawing(cut, self.near.drawn, self.metres)
@@ -223,16 +234,15 @@ class _Search:
 
     def _simulated(self, weave: Weave, supports: Supports, start: Floats) -> Equilibrium:
         is_supported = bool(supported_nodes(weave, supports).any())
-        found = _reached(
+        return _reached(
             weave,
+            self.work,
             supports=supports,
             loads=self.loads if is_supported else Loads(),
             unit=self.unit,
             start=start if is_supported else None,
             progress=self.progress,
         )
-        self._work.left -= found.n_steps
-        return found
 
     def _leaves_drawing(self, loads: Loads) -> bool:
         """Whether the weave is unstable at its drawing, so that no marks near to the drawn ones keep it there."""
@@ -307,12 +317,14 @@ class _MarkedModel:
         return [linear.held[k] for k in order.tolist()]
 
 
-def _reached(weave: Weave, **options: Any) -> Equilibrium:
-    """Where a weave rests, or where the search for it ended."""
+def _reached(weave: Weave, work: _Work, **options: Any) -> Equilibrium:
+    """Where a weave rests, or where the search for it or the work ended."""
     try:
-        return simulate_weave(weave, **options)
+        found = simulate_weave(weave, most_steps=max(int(work.left), _LEAST_STEPS), **options)
     except NotConverged as error:
-        return cast(Equilibrium, error.reached)
+        found = cast(Equilibrium, error.reached)
+    work.left -= found.n_steps
+    return found
 
 
 def _beside(after: Equilibrium, before: Equilibrium) -> Floats:

@@ -20,6 +20,7 @@ from scipy.sparse import csr_matrix, diags, identity, kron
 from scipy.sparse.linalg import LinearOperator, lsmr
 
 from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.polling import poll
 from weavecore.simulating.anchored import Anchored, NearDrawing
 from weavecore.simulating.newton import factorised
 
@@ -126,6 +127,7 @@ class LinearisedWeave:
 
     def _moved(self, rows: Bools) -> Floats:
         """(3N,) from where the nodes were drawn, with some rows (r,) of the held nodes fixed."""
+        poll()
         if not rows.any():
             return self._start
         off = self._off.ravel()[self._structure.free][self._held_rows] + self._free[self._held_rows]
@@ -183,6 +185,7 @@ def damped_least_squares(
     transposed, back = by_moves.T.tocsr(), average.T.tocsr()
 
     def product(moves: Floats) -> Floats:
+        poll()
         moved: Floats = -(average @ inverse(by_moves @ moves))
         return moved
 

@@ -30,20 +30,19 @@ diagonal (Sylvester).  The factorisation dominates: O(n^1.5) for rods on a surfa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Callable, Optional
+from typing import Callable, Optional
 
 import numpy as np
 from scipy.sparse import csc_matrix, identity
-from scipy.sparse.linalg import splu
 
 from weavecore.geometry.arrays import Floats
-from weavecore.polling import poll_during
-from weavecore.simulating.structure import NO_RELAXATION, Forces, Structure
+from weavecore.simulating.factors import Factors, factorise
+from weavecore.simulating.structure import Forces, Structure
 
 Progress = Callable[[float, str], None]
 
 _MOST_STEPS = 300
-"""Factorisations: the slowest sample needs 226 (docs/structure.md)."""
+"""Factorisations: the slowest sample needs 161 (docs/structure.md)."""
 
 _TURN = 0.5
 """No segment turns by more than this, in radians, in one iteration: the linear elongations hold up to there."""
@@ -100,7 +99,7 @@ class Solution:
         Negative eigenvalues of the Hessian; the equilibrium is stable where there are none.
     residual : float
         Largest component of force that is left on a free point, in N.
-    factors : SuperLU
+    factors : Factors
         Of the Hessian at ``points``, with a small shift.
     """
 
@@ -109,7 +108,7 @@ class Solution:
     n_steps: int
     n_negative: int
     residual: float
-    factors: Any
+    factors: Factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,18 +130,12 @@ def stiffness_scale(structure: Structure) -> float:
     return float(np.median(structure.bends.stiffness)) / rest**2 if len(structure.bends.stiffness) else 1.0 / rest
 
 
-def factorised(structure: Structure, hessian: csc_matrix, damping: float = _SHIFT) -> tuple[Any, int]:
+def factorised(structure: Structure, hessian: csc_matrix, damping: float = _SHIFT) -> tuple[Factors, int]:
     """Factors of the Hessian with a damping on its diagonal, and the number of its negative eigenvalues."""
     shift = max(damping, _SHIFT) * stiffness_scale(structure)
     shifted = (hessian + shift * identity(hessian.shape[0], format="csc")).tocsc()
-    return poll_during(_factors_and_count, shifted)
-
-
-def _factors_and_count(matrix: csc_matrix) -> tuple[Any, int]:
-    factors = splu(
-        matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options={"SymmetricMode": True}
-    )
-    return factors, int((factors.U.diagonal() < 0).sum())
+    factors = factorise(shifted)
+    return factors, factors.n_negative
 
 
 def find_equilibrium(
@@ -163,7 +156,7 @@ def find_equilibrium(
         Of the stiff elements in the first iteration, by default those at ``start``.  Where rest lengths have changed
         since, those of the equilibrium before are nearer to the ones that are sought.
     most_steps : int, optional
-        Factorisations after which the search ends.
+        Factorisations after which the search ends, 300 at most.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -171,7 +164,7 @@ def find_equilibrium(
     -------
     Solution
     """
-    search = _Search(structure, _MOST_STEPS if most_steps is None else most_steps, progress)
+    search = _Search(structure, _MOST_STEPS if most_steps is None else min(most_steps, _MOST_STEPS), progress)
     x, forces = start, structure.forces(start) if forces is None else forces
     damping, failed, was_indefinite, is_converged = 0.0, 0.0, False, False
     median = float(np.median(structure.stretches.rest))
@@ -248,11 +241,11 @@ class _Search:
             mode /= np.abs(mode).max()
         return mode
 
-    def _factorised(self, x: Floats, forces: Forces, damping: float) -> tuple[Any, int]:
+    def _factorised(self, x: Floats, forces: Forces, damping: float) -> tuple[Factors, int]:
         self.count += 1
         return factorised(self.structure, self.structure.hessian(x, forces), damping)
 
-    def _solve(self, factors: Any, force: Floats) -> Floats:
+    def _solve(self, factors: Factors, force: Floats) -> Floats:
         moved = np.zeros(force.size)
         moved[self.structure.free] = factors.solve(force.ravel()[self.structure.free])
         return moved.reshape(-1, 3)

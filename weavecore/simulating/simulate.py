@@ -52,6 +52,7 @@ def simulate_weave(
     unit: Optional[str] = None,
     buckling: bool = False,
     start: Optional[Floats] = None,
+    most_steps: Optional[int] = None,
     progress: Optional[Progress] = None,
 ) -> Equilibrium:
     """Let the rods of a weave spring to where they rest.
@@ -77,6 +78,8 @@ def simulate_weave(
         Whether the first buckling factor of the loads is found; takes about as long again.
     start : (n, 3) float64, optional
         Points along the rods, in the model's unit, from which the equilibrium is searched; by default the drawn ones.
+    most_steps : int, optional
+        Factorisations after which the search ends, 300 at most.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -103,7 +106,7 @@ def simulate_weave(
     scissors = scissors_of(rods.points, structure.ties, tie_stiffness)
     structure = replace(structure, scissors=scissors, ties=let_ties_slide(rods, structure.ties, tie_friction))
     first = rods.points if start is None else np.where(structure.is_fixed, rods.points, start * metres)
-    found = find_equilibrium(structure, first, progress=progress)
+    found = find_equilibrium(structure, first, most_steps=most_steps, progress=progress)
     words = describe_supports(weave, supports, held)
     at_rest = _results_of(weave, rods, structure, found, held, diameter=diameter, metres=metres)
     at_rest = replace(at_rest, supports=words, loads=str(loads))

@@ -108,12 +108,7 @@ class Structure:
         graph.data[:] = -1.0
         degrees = np.asarray(-graph.sum(axis=1)).ravel()
         dominant = (graph + diags(degrees + 2.0)).tocsc()
-        options = {"SymmetricMode": True}
-        factors = poll_during(
-            splu, dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options=options
-        )
-        order: Ints = np.argsort(factors.perm_c).astype(np.int64)
-        return order
+        return poll_during(_minimum_degree, dominant)
 
     @cached_property
     def _pairs(self) -> tuple[Ints, Ints]:
@@ -235,3 +230,11 @@ def _at_points(signs: Floats, by_vectors: Floats) -> Floats:
     """Hessians by differences of points as those by the points, flat: element, point, point, axis, axis."""
     flat: Floats = np.einsum("vp,wq,nvwij->npqij", signs, signs, by_vectors, optimize=True).ravel()
     return flat
+
+
+def _minimum_degree(matrix: csc_matrix) -> Ints:
+    """SuperLU's order of a matrix; its factors are freed in the thread that made them, see `factors`."""
+    options = {"SymmetricMode": True}
+    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=NO_RELAXATION, options=options)
+    order: Ints = np.argsort(factors.perm_c).astype(np.int64)
+    return order
