@@ -122,19 +122,21 @@ def row_of(weave: wc.Weave, supports: str, segments: int, within: float | None =
 def halved_row(weave: wc.Weave, supports: str, segments: int) -> list[str]:
     """Mean departure and stress with so many segments and with twice as many, from the supports on."""
     unit = millimetres_in(weave.lattice.latitudes.surface.unit)
-    held = supports if weave.is_border_node.any() else "none"
+    has_border = bool(weave.is_border_node.any())
+    held = supports if has_border else "none"
+    label = supports if has_border or supports == "none" else "no border"
     means, stresses, seconds = [], [], []
     for n in (segments, 2 * segments):
         begun = time.process_time()
         try:
             found = wc.simulate(weave, supports=held, segments=n)
         except WeaveError as error:
-            return [supports, str(n), error.code]
+            return [label, str(segments), "–", "–", f"{error.code} with {n}", *["–"] * 4]
         seconds.append(f"{time.process_time() - begun:.1f}")
         means.append(found.departure_mean * unit)
         stresses.append(f"{found.stress_max:.0f}")
     change = f"{means[1] / means[0] - 1.0:+.1%}, {means[1] - means[0]:+.2g} mm"
-    return [supports, str(segments), f"{means[0]:.3g}", f"{means[1]:.3g}", change, *stresses, *seconds]
+    return [label, str(segments), f"{means[0]:.3g}", f"{means[1]:.3g}", change, *stresses, *seconds]
 
 
 def replayed_row(weave: wc.Weave) -> list[str]:
