@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from weavecore.viewing import raster
 from weavecore.viewing.camera import Camera, look_at, view_axes
 from weavecore.viewing.raster import NOTHING, DepthBuffer, draw_rods, draw_triangles, planes_over, see_rods
 
@@ -89,6 +90,17 @@ def test_a_rod_covers_what_lies_within_its_radius(angle: float) -> None:
     distance = np.hypot(x - along * np.cos(angle), y - along * np.sin(angle))
     clear = np.abs(distance - 2.3) > 1e-3
     assert np.array_equal((image(buffer) == 0)[clear], (distance < 2.3)[clear])
+
+
+def test_rods_that_are_drawn_in_parts_give_the_same_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    places = np.random.default_rng(0).uniform(-12, 12, (2, 9, 3))
+    buffers = []
+    for rods_at_once in (100, 4):
+        monkeypatch.setattr(raster, "_RODS_AT_ONCE", rods_at_once)
+        buffers.append(DepthBuffer(SIZE))
+        draw_rods(buffers[-1], see_rods(flat_camera(), *places, np.full(9, 1.5)))
+    assert np.array_equal(image(buffers[0]), image(buffers[1]))
+    assert len(np.unique(buffers[1].shape)) > 8
 
 
 def test_a_rod_is_seen_on_a_surface_and_not_behind_it() -> None:

@@ -38,6 +38,9 @@ _INSIDE = 1e-9
 _MOST_PAIRS = 20_000_000
 """Pairs that are compared: as many as take some seconds."""
 
+_MOST_HALVINGS = 20
+"""Of the distance; where that many leave too many pairs, the segments lie on each other, and none is compared."""
+
 _PAIRS_AT_ONCE = 200_000
 
 
@@ -93,8 +96,13 @@ def crossing_places(latitudes: Latitudes) -> Floats:
 def _near_pairs(middles: Floats, reach: float) -> Ints:
     """(n, 2) pairs of points no further apart than ``reach``, or less where that would be too many, in rising order."""
     tree = KDTree(middles)
-    while tree.count_neighbors(tree, reach) > 2 * _MOST_PAIRS:
+    poll()
+    for _ in each(range(_MOST_HALVINGS)):
+        if tree.count_neighbors(tree, reach) <= 2 * _MOST_PAIRS:
+            break
         reach /= 2
+    else:
+        return np.zeros((0, 2), np.int64)
     poll()
     pairs: Ints = tree.query_pairs(reach, output_type="ndarray").astype(np.int64).reshape(-1, 2)
     return pairs[np.lexsort(pairs.T[::-1])]

@@ -11,7 +11,7 @@ radii in front of it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -222,7 +222,8 @@ def draw_rods(buffer: DepthBuffer, rods: SeenRods) -> None:
 def _rod_samples(rods: SeenRods, buffer: DepthBuffer) -> Iterator[tuple[Ints, Ints, Ints]]:
     """Rod, column and row of the samples of all rods, in chunks."""
     for first in each(range(0, len(rods.start), _RODS_AT_ONCE)):
-        some = SeenRods(**{key: values[first : first + _RODS_AT_ONCE] for key, values in vars(rods).items()})
+        part = slice(first, first + _RODS_AT_ONCE)
+        some = SeenRods(*(getattr(rods, field.name)[part] for field in fields(rods)))
         for rod, column, row in each(_rod_spans(some, buffer).samples()):
             yield rod + first, column, row
 
