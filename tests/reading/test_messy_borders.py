@@ -6,7 +6,7 @@ import pytest
 from messy_exports import MESSES
 from raw_meshes import ball, grid, loose, moved, together, triangles
 from tough_surfaces import TOUGH
-from weavecore.errors import Degenerate, Doubtful, NoSurface, TooFarFromOrigin
+from weavecore.errors import Degenerate, Doubtful, NonManifold, NoSurface, TooFarFromOrigin
 from weavecore.model.notes import Note
 from weavecore.pipeline import link, offset, refuse_doubts
 from weavecore.reading import read_surface, surface_from_arrays
@@ -355,3 +355,14 @@ def test_doubts_are_refused_where_that_is_asked_for():
     with pytest.raises(Doubtful, match="SCRAPS"):
         refuse_doubts(surface)
     refuse_doubts(surface_from_arrays(*dome()))
+
+
+def test_borders_stay_apart_where_welding_would_join_more_than_two_faces_at_an_edge() -> None:
+    vertices, faces = TOUGH["comb"](61020)  # Its slits end 2e-8 wide, less than the tolerance.
+    surface = surface_from_arrays(vertices, faces)
+    assert (surface.n_faces, len(surface.borders)) == (len(faces), 1)
+    (note,) = surface.notes
+    assert (note.code, note.is_doubt) == ("GAP", True)
+    assert len(note.points) == 4
+    with pytest.raises(NonManifold, match="first at"):
+        repair(RawMesh(vertices, faces), options=RepairOptions(weld=1e-6))

@@ -150,6 +150,12 @@ def repair(
     reversals = unify_orientation(vertices, faces, weld, partner, ids)
     notes += _reversal_notes(int(reversals.minority.sum()), int(reversals.inward.sum()))
     vertices, welded = _one_vertex_per_fan(vertices, faces, weld, partner, notes)
+    crowded = pair_edges(welded, np.arange(len(vertices)))[1]
+    if len(crowded) and options.weld is None:
+        raw = replace(raw, notes=(*raw.notes, _unwelded_note(vertices, welded, crowded, reach)))
+        return repair(raw, cut_plane=cut_plane, options=replace(options, weld=0.0), is_cut=is_cut)
+    if len(crowded):
+        raise _non_manifold_error(vertices, welded, ids, crowded)
     surface = SurfaceMesh(
         vertices, reversals.apply(welded), unit=raw.unit, tolerance=raw.tolerance, name=raw.name, notes=tuple(notes)
     )
@@ -320,6 +326,14 @@ def _non_manifold_error(vertices: Floats, faces: Ints, ids: Ints, halfedges: Int
         kind="face",
         points=ends.reshape(-1, 3).tolist(),
     )
+
+
+def _unwelded_note(vertices: Floats, faces: Ints, halfedges: Ints, reach: float) -> Note:
+    """Borders that stay apart, since more than two faces would meet at edges whose halfedges are given."""
+    places = vertices[np.unique(faces.ravel()[halfedges])]
+    text = f"Borders nearer to each other than the tolerance of {reach:.3g} stay apart, first at {at(places[0])}: "
+    text += "welded, more than two faces would meet along an edge. Close the slit there, or widen it."
+    return Note("GAP", text, {"count": len(places), "tolerance": reach}, places)
 
 
 def _reversal_notes(n_minority: int, n_inward: int) -> list[Note]:
