@@ -159,10 +159,10 @@ def encode_svg(drawing: Drawing, statement: str) -> bytes:
     for layer, colour in drawing.layers.items():
         rgb = "#{:02x}{:02x}{:02x}".format(*colour)
         parts.append(f'<g id="{layer}" stroke="{rgb}" fill="none">')
-        parts += [_svg_line(one, height) for one in lines.get(layer, ())]
-        parts += [_svg_path(one, height) for one in paths.get(layer, ())]
+        parts += [_svg_line(one, height) for one in each(lines.get(layer, ()))]
+        parts += [_svg_path(one, height) for one in each(paths.get(layer, ()))]
         parts.append(f'</g><g class="{layer}" fill="{rgb}">')
-        parts += [_svg_text(one, height) for one in texts.get(layer, ())]
+        parts += [_svg_text(one, height) for one in each(texts.get(layer, ()))]
         parts.append("</g>")
     return "\n".join([*parts, "</svg>\n"]).encode()
 
@@ -259,19 +259,19 @@ def _draw_page(canvas: Any, page: Drawing) -> None:
 
     canvas.setPageSize((page.width * _POINTS_PER_MM, page.height * _POINTS_PER_MM))
     canvas.scale(_POINTS_PER_MM, _POINTS_PER_MM)
-    for (layer, width, is_dashed), lines in _by(page.lines, lambda one: one[4:]).items():
+    for (layer, width, is_dashed), lines in each(_by(page.lines, lambda one: one[4:]).items()):
         _set_stroke(canvas, page, layer, width, is_dashed)
-        segments = [f"{x1:.3f} {y1:.3f} m {x2:.3f} {y2:.3f} l" for x1, y1, x2, y2, *_ in lines]
+        segments = [f"{x1:.3f} {y1:.3f} m {x2:.3f} {y2:.3f} l" for x1, y1, x2, y2, *_ in each(lines)]
         canvas.addLiteral("\n".join([*segments, "S"]))
     for (layer, width), paths in each(_by(page.paths, lambda one: one[1:]).items()):
         _set_stroke(canvas, page, layer, width, False)
-        canvas.addLiteral("\n".join([*(_pdf_path(one) for one in paths), "S"]))
+        canvas.addLiteral("\n".join([*(_pdf_path(one) for one in each(paths)), "S"]))
     for (layer, bold, height), texts in each(_by(page.texts, lambda one: (one.layer, one.bold, one.height)).items()):
         font, size = "Helvetica-Bold" if bold else "Helvetica", height * _HEIGHT_TO_SIZE
         canvas.setFillColorRGB(*(part / 255 for part in page.layers[layer]))
         canvas.setFont(font, size)
         widths = (0.0 if one.anchor == LEFT else stringWidth(one.text, font, size) for one in texts)
-        shown = [_pdf_text(one, width) for one, width in zip(texts, widths)]
+        shown = [_pdf_text(one, width) for one, width in each(zip(texts, widths))]
         canvas.addLiteral("\n".join(["BT", *shown, "ET"]))
     canvas.showPage()
 

@@ -19,6 +19,7 @@ import numpy as np
 from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece
 from weavecore.geometry.arrays import rows_of
+from weavecore.polling import each
 
 OVER, UNDER = "over", "under"
 LEFT, RIGHT = "left", "right"
@@ -95,7 +96,7 @@ def mark_pieces(plan: RodPlan, pieces: list[Piece]) -> list[Mark]:
     strands, axes = plan.weave.strands, plan.axes
     crossings, codes = _crossings(plan), _codes(plan)
     marks = []
-    for piece in pieces:
+    for piece in each(pieces):
         visits = np.arange(strands.offsets[piece.rod], strands.offsets[piece.rod + 1])
         length = float(axes.lengths[piece.rod])
         laps = np.arange(-1, 3) * length if axes.closed[piece.rod] else np.zeros(1)
@@ -135,7 +136,7 @@ def _codes(plan: RodPlan) -> list[str]:
     times = Counter(zip(rods, nodes))
     passed: Counter[tuple[int, int]] = Counter()
     codes = []
-    for rod, node, joint in zip(rods, nodes, joints):
+    for rod, node, joint in each(zip(rods, nodes, joints)):
         code = joint_name(node, joint, len(plan.nodes))
         if times[rod, node] > 1:
             code += ascii_lowercase[passed[rod, node]]

@@ -19,6 +19,7 @@ from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece
 from weavecore.fabricating.ties import Ties
 from weavecore.model import BuildSequence
+from weavecore.polling import each
 
 MOST_TIES = 24
 """Ties of a step: two people set a tie in about half a minute, so a step takes some ten minutes, and what they hold by
@@ -79,11 +80,11 @@ def split_steps(
     for piece in pieces:
         of_rod.setdefault(piece.rod, []).append(piece)
     passes: dict[int, list[Mark]] = {}
-    for mark in marks:
+    for mark in each(marks):
         passes.setdefault(mark.piece.rod, []).append(mark)
     steps: list[Step] = []
     last_of: list[int] = []
-    for k, (rod, is_ring) in enumerate(zip(sequence.strand.tolist(), sequence.is_ring.tolist())):
+    for k, (rod, is_ring) in each(enumerate(zip(sequence.strand.tolist(), sequence.is_ring.tolist()))):
         action = WEAVE_IN if not is_ring else SET_RING if plan.axes.closed[rod] else SET_ROD
         after = tuple(sorted({last_of[before] for before in sequence.needed_by(k).tolist()}))
         # The last pass of a joint decides, so a later mark replaces an earlier one.

@@ -18,6 +18,7 @@ import numpy as np
 
 from weavecore.fabricating.plan import RodPlan
 from weavecore.geometry.arrays import Floats, Ints
+from weavecore.polling import each
 
 GRIP = 25.0
 """Length of a tie beyond its loop in millimetres: the head, and what the fingers pull."""
@@ -62,7 +63,7 @@ def find_ties(plan: RodPlan) -> Ties:
     joints = plan.weave.joints
     angles, widest = np.zeros(len(joints)), np.zeros(len(joints))
     directions = _directions(plan)
-    for j, (a, b) in enumerate(zip(joints.offsets.tolist(), joints.offsets[1:].tolist())):
+    for j, (a, b) in each(enumerate(zip(joints.offsets.tolist(), joints.offsets[1:].tolist()))):
         turned = np.sort(directions[a:b])
         gaps = np.diff(np.append(turned, turned[0] + np.pi))
         angles[j], widest[j] = gaps.min(), gaps.max()

@@ -236,7 +236,7 @@ def stack_sheets(sheets: Iterable[Drawing], scale: float = 1.0) -> Drawing:
     Drawing
         With its lower left corner at 0.
     """
-    pages = list(sheets)
+    pages = list(each(sheets))
     total = sum(page.height + _GAP for page in pages) - _GAP
     found = Drawing(LAYERS, max(page.width for page in pages) * scale, total * scale)
     top = total

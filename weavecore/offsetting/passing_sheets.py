@@ -105,6 +105,7 @@ def _near_pairs(middles: Floats, reach: float) -> Ints:
         return np.zeros((0, 2), np.int64)
     poll()
     pairs: Ints = tree.query_pairs(reach, output_type="ndarray").astype(np.int64).reshape(-1, 2)
+    poll()
     return pairs[np.lexsort(pairs.T[::-1])]
 
 
