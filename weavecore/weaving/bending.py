@@ -290,7 +290,7 @@ def _roots_below(table: Floats, low: Floats, high: Floats) -> Floats:
     factor = high
     for _ in range(_NEWTON_STEPS):
         bend, speed = _polynomial(table[1:6], factor), _polynomial(table[6:], factor)
-        value = table[0] * factor**2 * bend - speed**3
+        value = table[0] * factor**2 * bend - speed * speed * speed
         slope = table[0] * factor * (2.0 * bend + factor * _polynomial(bend_slopes, factor))
         slope -= 3.0 * speed**2 * _polynomial(speed_slopes, factor)
         step = np.divide(value, slope, out=np.zeros_like(value), where=slope > 0)

@@ -129,14 +129,16 @@ def ties_to_break(lattice: Lattice, tie: Ints, product: Ints) -> Ints:
     if len(frustrated) == 0 or len(frustrated) * cells.n > _MOST_WORK:
         return np.zeros(0, np.int64)
     graph, key, edge = _paths_between(cells, tied)
-    distance, before = dijkstra(graph, indices=frustrated, unweighted=True, return_predecessors=True)
+    distance = dijkstra(graph, indices=frustrated, unweighted=True)
     one, other = _nearest_pairs(distance[:, frustrated])
     partner = match_best(one, other, distance[one, frustrated[other]], len(frustrated))
     times = np.zeros(len(tie), np.int64)
     for a in each(np.flatnonzero(partner > np.arange(len(partner))).tolist()):
         at, root = int(frustrated[partner[a]]), int(frustrated[a])
         while at != root:
-            last = int(before[a, at])
+            # Of several shortest ways the one over the least numbers: releases of SciPy take different ones.
+            beside = graph.indices[graph.indptr[at] : graph.indptr[at + 1]]
+            last = int(beside[distance[a, beside] < distance[a, at]].min())
             times[edge[np.searchsorted(key, min(at, last) * cells.n + max(at, last))]] += 1
             at = last
     broken: Ints = tie[times % 2 == 1]
