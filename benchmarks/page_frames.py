@@ -14,18 +14,11 @@ from pathlib import Path
 
 from selenium import webdriver
 
+from browser import HEADLESS
 from shell import make_shell
 from weavecore import pipeline
 
-OPTIONS = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-dev-shm-usage",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--window-size=1440,1043",
-)
+OPTIONS = (*HEADLESS, "--window-size=1440,1043")
 FRAMES = """
 const done = arguments[0], times = [];
 const gl = document.getElementById("canvas").getContext("webgl2"), pixel = new Uint8Array(4);

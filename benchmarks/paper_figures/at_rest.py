@@ -9,20 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import weavecore as wc
+from browser import HEADLESS
 from paper_figures.pages import count, image, join
 from weavecore.units import with_unit
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_files"
-OPTIONS = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-dev-shm-usage",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--hide-scrollbars",
-    "--window-size=1280,943",
-)
+OPTIONS = (*HEADLESS, "--window-size=1280,943")
 _FIRST_DRAWING, _NEXT_DRAWING = 4.0, 1.5
 """Seconds that drawing by software takes."""
 

@@ -21,11 +21,15 @@ from bound_rings import (
 from planar_meshes import plate, rectangle
 from weavecore.errors import TooMuchWork, Unsupported
 from weavecore.linking import band_mesh, pocket_filling
-from weavecore.linking.link import link_latitudes
+from weavecore.linking.bending_smoothing import smooth_bending
+from weavecore.linking.link import link_latitudes, link_pattern
 from weavecore.model import LATITUDINAL, LONGITUDINAL, POCKET, SurfaceMesh
+from weavecore.model.rod_ends import count_short_rods
+from weavecore.model.rod_pairing import pair_darts
 from weavecore.offsetting.distance.solver import DistanceField
 from weavecore.offsetting.isolines.extract import trace_latitudes
 from weavecore.offsetting.level_sets import offset_levels
+from woven_rods import sample_latitudes
 
 SHAPES = {
     "hemisphere": (hemisphere, 0.1),
@@ -263,3 +267,13 @@ def test_pockets_that_would_take_too_many_points_are_refused_before_they_are_ref
     monkeypatch.setattr(band_mesh, "bisect_long_edges", None)
     with pytest.raises(TooMuchWork, match=r"would have about 4,\d+ points, more than 50"):
         link_latitudes(latitudes)
+
+
+def test_smoothing_does_not_make_rods_short_that_went_on_before():
+    # Rings of nine edges turn by 40° at a node: a little more, and they are broken.
+    latitudes = sample_latitudes("six_way_joint", 2.0)
+    smoothed = link_pattern(latitudes)
+    n_short, _ = count_short_rods(pair_darts(smoothed))
+    assert n_short <= 3
+    free, _ = count_short_rods(pair_darts(smooth_bending(smoothed)))
+    assert free > 3 + n_short

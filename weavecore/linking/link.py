@@ -21,8 +21,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from weavecore.errors import Degenerate, TooMuchWork, Unsupported
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of, unit_vectors
-from weavecore.geometry.elementary import angles_between
+from weavecore.geometry.arrays import Bools, offsets_of, rows_of
 from weavecore.geometry.matching import ALONE
 from weavecore.linking.arc_length import points_at
 from weavecore.linking.assemble import BandFilling, assemble, fill_all_bands
@@ -50,7 +49,7 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 from weavecore.model.lattice_fit import inverted_faces
 from weavecore.model.rod_ends import count_short_rods
-from weavecore.model.rod_pairing import MOST_TURN, pair_darts
+from weavecore.model.rod_pairing import MOST_TURN, pair_darts, turns_between
 from weavecore.texts import rough_count
 
 Progress = Optional[Callable[[float, str], None]]
@@ -84,8 +83,9 @@ _AGAINST_SHORT_RODS: tuple[tuple[Optional[bool], Optional[float], Optional[float
 """Other divisions: whether counts are in balance where rings split, the factor by which they may be off, and the edges
 of the least ring that is kept.  One after the other is tried with what was best before it, which None keeps."""
 _LITTLE_GAIN = 3
-"""For so few short rods less the usual division stays: where the nodes of a ring begin, which is free, decides over as
-many, and the same surface with its vertices in another order should get the same rings."""
+"""For so few short rods less the usual division stays, and nodes stay as they are smoothed: where the nodes of a ring
+begin, which is free, decides over as many, and the same surface with its vertices in another order should get the same
+rings."""
 _MANY_INVERTED = 0.01
 """Share of inverted faces above which other divisions are not tried for the sake of short rods: where all those of
 `_OTHER_DIVISIONS` leave so many, the surface is too thin or too folded for the spacing, and each takes seconds."""
@@ -276,27 +276,19 @@ def _without_new_breaks(before: Lattice, after: Lattice) -> Lattice:
 
     The latter where clearly fewer rods are short then.
     """
-    partner, tail = pair_darts(before), before.edges.ravel()
+    partner, tail, head = pair_darts(before), before.edges.ravel(), before.edges[:, ::-1].ravel()
     known = np.flatnonzero(partner != ALONE)
-    around = before.edges[:, ::-1].ravel()
     back, found = np.zeros(before.n_nodes, bool), after
+    smoothed = onward = pair_darts(after)
     for _ in range(_MOST_REVERTS):
-        onward = pair_darts(found)
-        ended = known[(onward[known] == ALONE) & (_turns(found, known, partner[known]) > MOST_TURN)]
+        ended = known[(onward[known] == ALONE) & (turns_between(found, known, partner[known]) > MOST_TURN)]
         if len(ended) == 0:
             break
-        back[tail[ended]] = back[around[ended]] = back[around[partner[ended]]] = True
+        back[tail[ended]] = back[head[ended]] = back[head[partner[ended]]] = True
         found = _moved_back(before, found, back)
-    fewer = count_short_rods(pair_darts(after))[0] - count_short_rods(pair_darts(found))[0]
+        onward = pair_darts(found)
+    fewer = count_short_rods(smoothed)[0] - count_short_rods(onward)[0]
     return found if fewer > _LITTLE_GAIN and len(inverted_faces(found)) <= len(inverted_faces(after)) else after
-
-
-def _turns(lattice: Lattice, one: Ints, other: Ints) -> Floats:
-    """Angles (k,) in radians by which rods turn from darts (k,) to others of the same nodes."""
-    tail, head = lattice.edges.ravel(), lattice.edges[:, ::-1].ravel()
-    away = unit_vectors(lattice.nodes[head] - lattice.nodes[tail])
-    turns: Floats = np.pi - angles_between(away[one], away[other])
-    return turns
 
 
 def _moved_back(before: Lattice, after: Lattice, back: Bools) -> Lattice:

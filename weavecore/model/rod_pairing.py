@@ -70,12 +70,10 @@ def find_dart_pairs(lattice: Lattice) -> DartPairs:
     lattice : Lattice
     """
     tail = lattice.edges.ravel()
-    away = lattice.nodes[lattice.edges[:, ::-1].ravel()] - lattice.nodes[tail]
-    away = unit_vectors(away)
     family = np.repeat(lattice.edge_family, 2)
     is_ring = family == LATITUDINAL
     one, other = pairs_of_equals(tail)
-    bend = np.pi - angles_between(away[one], away[other])
+    bend = turns_between(lattice, one, other)
     straight, on_border = _darts_straight_on(lattice)
     is_straight = straight[one] == other
     # A rod that comes to a border ends there: it cannot cross what lies beyond.
@@ -88,6 +86,20 @@ def find_dart_pairs(lattice: Lattice) -> DartPairs:
     kind = np.array([USUAL, LAST_RESORT, RING])[is_ring[one].astype(np.int64) + is_ring[other]]
     # A longitude may go on through a pocket, where nothing of its own kind goes on.
     return DartPairs(one, other, bend, cost, is_ring[one] == is_ring[other], kind, is_free[one] & is_free[other])
+
+
+def turns_between(lattice: Lattice, one: Ints, other: Ints) -> Floats:
+    """Angles (k,) in radians by which a rod turns from one dart to another of the same node.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    one, other : (k,) int64
+    """
+    tail, head = lattice.edges.ravel(), lattice.edges[:, ::-1].ravel()
+    away = unit_vectors(lattice.nodes[head] - lattice.nodes[tail])
+    turns: Floats = np.pi - angles_between(away[one], away[other])
+    return turns
 
 
 def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None, pairs: Optional[DartPairs] = None) -> Ints:

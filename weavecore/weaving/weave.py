@@ -283,13 +283,12 @@ class _Weaver:
                 if not breaks.any():
                     return bent
                 cuts = np.concatenate([bent.cuts, darts_at(self.lattice, bent.strands, breaks)])
-                strands = (
-                    find_strands(self.lattice, cuts, self.dart_pairs)
-                    if found_anew
-                    else break_strands(bent.strands, breaks)
-                )
-                # A piece may run along a ring alone.
-                strands = replace(strands, family=families_along(strands, self.lattice))
+                if found_anew:
+                    strands = find_strands(self.lattice, cuts, self.dart_pairs)
+                else:
+                    strands = break_strands(bent.strands, breaks)
+                    # A piece may run along a ring alone.
+                    strands = replace(strands, family=families_along(strands, self.lattice))
                 bent = replace(self.bend(strands, bent.by_family, like=bent), cuts=cuts)
         return bent
 
