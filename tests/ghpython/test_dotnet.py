@@ -18,18 +18,11 @@ NAMES = [
     for node in ast.parse((DOTNET / "checks.py").read_text("utf-8")).body
     if isinstance(node, ast.FunctionDef) and any(getattr(d, "id", "") == "check" for d in node.decorator_list)
 ]
-SECONDS = 30
-TRIES = 4
+SECONDS = 120
 
 
-def run(*command: str, tries: int = TRIES) -> subprocess.CompletedProcess[str]:
-    """Run a command that takes some seconds; again where it hangs, as mono does now and then before it has begun."""
-    try:
-        return subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
-    except subprocess.TimeoutExpired:
-        if tries == 1:
-            raise
-        return run(*command, tries=tries - 1)
+def run(*command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
 
 
 def why_not() -> str:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -44,3 +46,16 @@ def test_factors_that_are_dropped_while_the_caller_polls_leave_no_memory_behind(
         for _ in range(40):
             factorise(matrix)
     assert (pages() - before) * 4096 < 25e6
+
+
+def test_the_thread_that_makes_factors_ends_before_what_was_loaded_before_it() -> None:
+    program = """
+import atexit, threading
+atexit.register(lambda: print([thread.name for thread in threading.enumerate()]))
+from scipy.sparse import identity
+from weavecore.simulating.factors import factorise
+factorise(identity(3).tocsc())
+print([thread.name for thread in threading.enumerate()])
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["['MainThread', 'factors']", "['MainThread']"]

@@ -7,6 +7,7 @@ ends.  So one thread makes all factors, and those that are dropped are handed ba
 
 from __future__ import annotations
 
+import atexit
 import os
 import threading
 from functools import cache, partial
@@ -64,10 +65,18 @@ def _make(matrix: csc_matrix, tasks: Any, answer: Callable[[Any], None]) -> None
 def _tasks_of(_process: int) -> Any:
     """The queue of the thread that makes and frees factors; a forked process has none of its parent's threads."""
     tasks: Any = SimpleQueue()
-    threading.Thread(target=_serve, args=(tasks,), daemon=True, name="factors").start()
+    thread = threading.Thread(target=_serve, args=(tasks,), daemon=True, name="factors")
+    thread.start()
+    # Mono, which hosts Python in some programs, waits at its end for threads that still wait for something.
+    atexit.register(_end, tasks, thread)
     return tasks
 
 
 def _serve(tasks: Any) -> None:
-    while True:
-        tasks.get()()
+    for task in iter(tasks.get, None):
+        task()
+
+
+def _end(tasks: Any, thread: threading.Thread) -> None:
+    tasks.put(None)
+    thread.join()
