@@ -19,10 +19,11 @@ Work: linear in the halfedges, and in the faces that walks cross.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, cross, offsets_of, order_rows_by
 from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.polling import poll
@@ -63,36 +64,43 @@ class Unfolding:
         self.vertices, self.faces, self.twin = vertices, faces, twins
         self.tail, self.head = halfedge_ends(faces)
         self.apex = faces[:, [2, 0, 1]].ravel()
-        every = np.arange(3 * len(faces))
-        self.next, self.previous = next_halfedge(every), previous_halfedge(every)
-        edge = vertices[self.head] - vertices[self.tail]
-        self.length = np.maximum(np.sqrt(np.einsum("ij,ij->i", edge, edge)), np.finfo(float).tiny)
-        self._lay_flat(edge)
-        poll()
-        self.angle = arctangents(self.apex_y, self.apex_x)
+        self._lay_flat()
         self.total_angle = np.bincount(self.tail, self.angle, n)
         self.on_boundary = np.zeros(n, bool)
-        boundary = twins == NO_TWIN
+        boundary = np.flatnonzero(twins == NO_TWIN)
         self.on_boundary[self.tail[boundary]] = self.on_boundary[self.head[boundary]] = True
         self.excess = np.where(self.on_boundary, 0.0, self.total_angle - 2 * np.pi)
         self.roughness = (
             float(np.quantile(np.abs(self.excess[~self.on_boundary]), 0.9)) if not self.on_boundary.all() else 0.0
         )
+        poll()
         total = np.bincount(self.tail, self.length, n) + np.bincount(self.head, self.length, n)
         count = np.bincount(self.tail, minlength=n) + np.bincount(self.head, minlength=n)
         self.mean_length = total / np.maximum(count, 1)
 
-    def _lay_flat(self, edge: Floats) -> None:
-        poll()
-        by_face = self.length.reshape(-1, 3)
-        after, before = by_face[:, [1, 2, 0]].ravel(), by_face[:, [2, 0, 1]].ravel()
-        cross = np.cross(edge[0::3], edge[1::3])
-        double_area = np.sqrt(np.einsum("ij,ij->i", cross, cross))
-        self.apex_x = (self.length**2 + before**2 - after**2) / (2 * self.length)
-        self.apex_y = np.repeat(double_area, 3) / self.length
-        self.next_x, self.next_y = (self.apex_x - self.length) / after, self.apex_y / after
-        self.previous_x, self.previous_y = -self.apex_x / before, -self.apex_y / before
-        self._normal = cross / np.maximum(double_area, np.finfo(float).tiny)[:, None]
+    def _lay_flat(self) -> None:
+        """Lengths, apexes, directions and angles, and the normals of the faces."""
+        n_faces = len(self.faces)
+        arrays = [np.empty((n_faces, 3)) for _ in range(9)]
+        for k in blocks(n_faces):
+            for array, values in zip(arrays, _laid_flat(self.vertices[self.faces[k]])):
+                array[k] = values
+        self._normal, *by_face = arrays
+        (
+            self.length,
+            self.apex_x,
+            self.apex_y,
+            self.next_x,
+            self.next_y,
+            self.previous_x,
+            self.previous_y,
+            self.angle,
+        ) = (array.ravel() for array in by_face)
+
+    @cached_property
+    def outgoing(self) -> tuple[Ints, Ints]:
+        """The halfedges that leave each vertex, in rising order, and the offsets (V + 1,) of the vertices."""
+        return order_rows_by(self.tail, len(self.vertices))
 
     def points(self, halfedge: Ints, along: Floats) -> Floats:
         """Points along halfedges.
@@ -189,7 +197,8 @@ def _leave_face(
     by_previous = far_previous < far
     far = np.maximum(np.where(by_previous, far_previous, far), 0)
     by_next &= ~by_previous
-    edge = np.where(by_previous, frames.previous[halfedge], np.where(by_next, frames.next[halfedge], halfedge))
+    edge = np.where(by_next, next_halfedge(halfedge), halfedge)
+    edge = np.where(by_previous, previous_halfedge(halfedge), edge)
     cx = np.where(by_previous, qx, np.where(by_next, nx, 1.0))
     cy = np.where(by_previous, qy, np.where(by_next, ny, 0.0))
     ox = np.where(by_previous, apex_x, np.where(by_next, length, 0.0))
@@ -293,6 +302,35 @@ def barycentric_at(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats) ->
     apex = py / np.maximum(frames.apex_y[halfedge], np.finfo(float).tiny)
     head = (px - apex * frames.apex_x[halfedge]) / frames.length[halfedge]
     return np.stack([1 - head - apex, head, apex], axis=1)
+
+
+def _laid_flat(corners: Floats) -> tuple[Floats, ...]:
+    """Normals of faces (n, 3), then (n, 3) each for the halfedges: length, apex, directions and angle of the frame.
+
+    Parameters
+    ----------
+    corners : (n, 3, 3) float64
+    """
+    edge = corners[:, [1, 2, 0]] - corners
+    length = np.maximum(np.sqrt(np.einsum("fij,fij->fi", edge, edge)), np.finfo(float).tiny)
+    after, before = length[:, [1, 2, 0]], length[:, [2, 0, 1]]
+    normal = cross(edge[:, 0], edge[:, 1])
+    double_area = np.sqrt(np.einsum("ij,ij->i", normal, normal))
+    normal /= np.maximum(double_area, np.finfo(float).tiny)[:, None]
+    apex_x = (length**2 + before**2 - after**2) / (2 * length)
+    apex_y = double_area[:, None] / length
+    next_x, next_y = (apex_x - length) / after, apex_y / after
+    return (
+        normal,
+        length,
+        apex_x,
+        apex_y,
+        next_x,
+        next_y,
+        -apex_x / before,
+        -apex_y / before,
+        arctangents(apex_y, apex_x),
+    )
 
 
 _Row = tuple[Ints, Ints, Floats, Floats, Floats, Floats]

@@ -8,8 +8,6 @@ vertices.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
@@ -53,7 +51,7 @@ def note_gaps(surface: SurfaceMesh) -> SurfaceMesh:
     text = f"{counted(n, 'border')} up to {furthest:.3g} beside others, first at {at(where[0])}: if they are sides of "
     text += f"one seam, --weld {1.01 * furthest:.3g} closes it."
     note = Note("GAP", text, {"count": n, "vertices": len(beside), "gap": furthest}, where)
-    return replace(surface, notes=(*surface.notes, note))
+    return surface.with_notes((*surface.notes, note))
 
 
 def _gaps(surface: SurfaceMesh, vertex: Ints, offsets: Ints) -> Floats:
