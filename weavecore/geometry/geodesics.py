@@ -5,8 +5,8 @@ line that leaves the face by another edge goes on straight in the frame of that 
 1998, *Straightest geodesics on polyhedral surfaces*)::
 
                   apex (apex_x, apex_y)
-                    *                          next       head -> apex, unit direction (next_x, next_y)
-      previous    /   \    next               previous   apex -> tail, unit direction (previous_x, previous_y)
+                    *                          next       head -> apex, unit direction `next_direction`
+      previous    /   \    next               previous   apex -> tail, unit direction `previous_direction`
                 /       \                     angle      of the face at the tail
       tail     *---------* head   x ->
               (0, 0)   (length, 0)
@@ -50,7 +50,6 @@ class Unfolding:
     ----------
     length : length of each halfedge
     apex, apex_x, apex_y : the opposite corner: its vertex, and its place in the frame
-    next_x, next_y, previous_x, previous_y : unit directions of the face's other halfedges in the frame
     angle : angle of the face at the halfedge's tail
     total_angle : (V,) sum of the angles at each vertex
     on_boundary : (V,) whether a vertex lies on a boundary halfedge
@@ -79,28 +78,38 @@ class Unfolding:
         self.mean_length = total / np.maximum(count, 1)
 
     def _lay_flat(self) -> None:
-        """Lengths, apexes, directions and angles, and the normals of the faces."""
+        """Lengths, apexes and angles, and the normals of the faces."""
         n_faces = len(self.faces)
-        arrays = [np.empty((n_faces, 3)) for _ in range(9)]
+        arrays = [np.empty((n_faces, 3)) for _ in range(5)]
         for k in blocks(n_faces):
             for array, values in zip(arrays, _laid_flat(self.vertices[self.faces[k]])):
                 array[k] = values
         self._normal, *by_face = arrays
-        (
-            self.length,
-            self.apex_x,
-            self.apex_y,
-            self.next_x,
-            self.next_y,
-            self.previous_x,
-            self.previous_y,
-            self.angle,
-        ) = (array.ravel() for array in by_face)
+        self.length, self.apex_x, self.apex_y, self.angle = (array.ravel() for array in by_face)
 
     @cached_property
     def outgoing(self) -> tuple[Ints, Ints]:
         """The halfedges that leave each vertex, in rising order, and the offsets (V + 1,) of the vertices."""
         return order_rows_by(self.tail, len(self.vertices))
+
+    def next_direction(self, halfedge: Ints) -> tuple[Floats, Floats]:
+        """Unit directions of the following halfedges of the faces, in the frames of halfedges.
+
+        Parameters
+        ----------
+        halfedge : (n,) int64
+
+        Returns
+        -------
+        x, y : (n,) float64
+        """
+        size = self.length[next_halfedge(halfedge)]
+        return (self.apex_x[halfedge] - self.length[halfedge]) / size, self.apex_y[halfedge] / size
+
+    def previous_direction(self, halfedge: Ints) -> tuple[Floats, Floats]:
+        """The same of the preceding halfedges."""
+        size = self.length[previous_halfedge(halfedge)]
+        return -self.apex_x[halfedge] / size, -self.apex_y[halfedge] / size
 
     def points(self, halfedge: Ints, along: Floats) -> Floats:
         """Points along halfedges.
@@ -185,8 +194,7 @@ def _leave_face(
         The direction in its frame.
     """
     length, apex_x, apex_y = frames.length[halfedge], frames.apex_x[halfedge], frames.apex_y[halfedge]
-    nx, ny = frames.next_x[halfedge], frames.next_y[halfedge]
-    qx, qy = frames.previous_x[halfedge], frames.previous_y[halfedge]
+    (nx, ny), (qx, qy) = frames.next_direction(halfedge), frames.previous_direction(halfedge)
     to_next, to_previous = ux * ny - uy * nx, ux * qy - uy * qx
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.where(uy < 0, -py / uy, np.inf)
@@ -305,7 +313,7 @@ def barycentric_at(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats) ->
 
 
 def _laid_flat(corners: Floats) -> tuple[Floats, ...]:
-    """Normals of faces (n, 3), then (n, 3) each for the halfedges: length, apex, directions and angle of the frame.
+    """Normals of faces (n, 3), then (n, 3) each for the halfedges: length, apex and angle of the frame.
 
     Parameters
     ----------
@@ -319,18 +327,7 @@ def _laid_flat(corners: Floats) -> tuple[Floats, ...]:
     normal /= np.maximum(double_area, np.finfo(float).tiny)[:, None]
     apex_x = (length**2 + before**2 - after**2) / (2 * length)
     apex_y = double_area[:, None] / length
-    next_x, next_y = (apex_x - length) / after, apex_y / after
-    return (
-        normal,
-        length,
-        apex_x,
-        apex_y,
-        next_x,
-        next_y,
-        -apex_x / before,
-        -apex_y / before,
-        arctangents(apex_y, apex_x),
-    )
+    return normal, length, apex_x, apex_y, arctangents(apex_y, apex_x)
 
 
 _Row = tuple[Ints, Ints, Floats, Floats, Floats, Floats]

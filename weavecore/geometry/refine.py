@@ -26,8 +26,8 @@ from weavecore.geometry.arrays import Bools, Floats, Ints, blocks
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, next_halfedge, previous_halfedge
 from weavecore.polling import poll
 
-MAX_FACES = 2_500_000
-"""More faces than this are refused: an offset takes about 700 bytes a face, so these take 1.8 GB."""
+MAX_FACES = 8_000_000
+"""More faces than this are refused: an offset takes about 500 bytes a face, so these take 4 GB."""
 
 _MAX_ARCH_OF_EDGE = 1 / 12  # height of the arch over a border edge, as a part of the edge
 _MAX_ARCH_OF_LONGEST = 1 / 2  # and as a part of the longest edge: behind it faces have their ordinary size

@@ -312,11 +312,10 @@ def _cross_face(frames: Unfolding, state: RayState, is_left: Bools) -> tuple[Int
     """
     h, ux, uy = state.halfedge, state.ux, state.uy
     edge = np.where(is_left, next_halfedge(h), previous_halfedge(h))
-    cx = np.where(is_left, frames.next_x[h], frames.previous_x[h])
-    cy = np.where(is_left, frames.next_y[h], frames.previous_y[h])
-    size = frames.length[edge]
+    size, length, apex_x, apex_y = frames.length[edge], frames.length[h], frames.apex_x[h], frames.apex_y[h]
+    cx, cy = np.where(is_left, apex_x - length, -apex_x) / size, np.where(is_left, apex_y, -apex_y) / size
     sine = np.maximum(ux * cy - uy * cx, _LEAST_SINE)
-    base = np.where(is_left, frames.length[h] - state.px, -state.px)
+    base = np.where(is_left, length - state.px, -state.px)
     run = np.maximum(base * cy / sine, 0)
     # `next` starts at the shared vertex, `previous` ends there; the twin counts from the other end.
     from_shared = (run * ux - base) * cx + run * uy * cy

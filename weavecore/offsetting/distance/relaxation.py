@@ -114,15 +114,16 @@ def front_curvature(frames: Unfolding, distance: Floats) -> Floats:
     -------
     (V,) float64
     """
-    n, flow, area = len(distance), np.empty(len(frames.tail)), np.empty(len(frames.tail))
+    n, flow = len(distance), np.empty(len(frames.tail))
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # flat faces and unreached vertices: 0 below
         for k in blocks(len(flow)):
             length, apex_x, apex_y = frames.length[k], frames.apex_x[k], frames.apex_y[k]
-            double_area, across = length * apex_y, apex_x * (apex_x - length) + apex_y * apex_y
-            flow[k] = across / double_area * (distance[frames.head[k]] - distance[frames.tail[k]]) / 2
-            area[k] = double_area / 6
+            across = apex_x * (apex_x - length) + apex_y * apex_y
+            flow[k] = across / (length * apex_y) * (distance[frames.head[k]] - distance[frames.tail[k]]) / 2
         total = np.bincount(frames.tail, flow, n) - np.bincount(frames.head, flow, n)
-        curvature = total / np.bincount(frames.tail, area, n)
+        sixth = np.multiply(frames.length, frames.apex_y, out=flow)
+        sixth /= 6
+        curvature = total / np.bincount(frames.tail, sixth, n)
     curvature = np.where(np.isfinite(curvature), curvature, 0.0)
     bounded: Floats = np.clip(curvature, -MAX_CONVERGENCE / frames.mean_length, 1 / frames.mean_length)
     return bounded
@@ -146,8 +147,9 @@ class _Relaxation:
         h, x, y = tentative.halfedge[v], -tentative.ux[v], -tentative.uy[v]
         at_tail, at_head = f.tail[h] == v, f.head[h] == v
         out = np.select((at_tail, at_head), (h, next_halfedge(h)), previous_halfedge(h))
-        cx = np.select((at_tail, at_head), (1.0, f.next_x[h]), f.previous_x[h])
-        cy = np.select((at_tail, at_head), (0.0, f.next_y[h]), f.previous_y[h])
+        (next_x, next_y), (previous_x, previous_y) = f.next_direction(h), f.previous_direction(h)
+        cx = np.select((at_tail, at_head), (1.0, next_x), previous_x)
+        cy = np.select((at_tail, at_head), (0.0, next_y), previous_y)
         angle = np.full(len(f.vertices), np.nan)
         angle[v] = self.angle_of[out] + arctangents(y * cx - x * cy, x * cx + y * cy)
         return angle
