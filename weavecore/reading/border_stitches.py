@@ -86,14 +86,20 @@ def stitch_borders(vertices: Floats, faces: Ints, weld: Ints, tolerance: float) 
     -------
     Stitches
     """
-    exact = _stitch(vertices, faces, weld, tolerance, chords=0.0)
-    curved = _stitch(vertices, exact.faces, weld, tolerance, chords=_CHORDS)
+    alone = _alone(faces, weld)
+    exact = _stitch(vertices, faces, weld, alone, tolerance, chords=0.0)
+    alone = alone if exact.faces is faces else _alone(exact.faces, weld)
+    curved = _stitch(vertices, exact.faces, weld, alone, tolerance, chords=_CHORDS)
     return Stitches(curved.faces, exact.row[curved.row], np.union1d(exact.where, curved.where))
 
 
-def _stitch(vertices: Floats, faces: Ints, weld: Ints, tolerance: float, chords: float) -> Stitches:
-    partner, crowded_before = pair_edges(faces, weld)
-    alone = np.setdiff1d(np.flatnonzero(partner == NO_PARTNER), crowded_before)
+def _alone(faces: Ints, weld: Ints) -> Ints:
+    """The halfedges of borders."""
+    partner, crowded = pair_edges(faces, weld)
+    return np.setdiff1d(np.flatnonzero(partner == NO_PARTNER), crowded)
+
+
+def _stitch(vertices: Floats, faces: Ints, weld: Ints, alone: Ints, tolerance: float, chords: float) -> Stitches:
     found = _find(vertices, faces, weld, alone, tolerance, chords)
     for _ in range(_MOST_ROUNDS):
         if len(found.halfedge) == 0:

@@ -95,8 +95,10 @@ def weld_borders(vertices: Floats, faces: Ints, weld: Ints, distance: float) -> 
     -------
     BorderWelds
     """
-    a, b = _near_pairs(vertices, faces, weld, distance)
-    before = pair_edges(faces, weld)[1]
+    partner, before = pair_edges(faces, weld)
+    a, b = _near_pairs(vertices, faces, weld, np.flatnonzero(partner == NO_PARTNER), distance)
+    if len(a) == 0:
+        return BorderWelds(weld, 0, 0.0, a)
     for _ in range(_MOST_ROUNDS):
         merged = _merged(weld, a, b)
         keep = has_three_places(faces, merged)
@@ -115,12 +117,13 @@ def weld_borders(vertices: Floats, faces: Ints, weld: Ints, distance: float) -> 
     return BorderWelds(merged, len(places), float(shift.max(initial=0.0)), places)
 
 
-def _near_pairs(vertices: Floats, faces: Ints, weld: Ints, distance: float) -> tuple[Ints, Ints]:
-    """Pairs (k,), (k,) of border places nearer than ``distance`` and than the edges beside them are long."""
+def _near_pairs(vertices: Floats, faces: Ints, weld: Ints, alone: Ints, distance: float) -> tuple[Ints, Ints]:
+    """Pairs (k,), (k,) of places of the border nearer than ``distance`` and than the edges beside them are long.
+
+    The border are the halfedges ``alone``.
+    """
     from scipy.spatial import cKDTree
 
-    partner, _ = pair_edges(faces, weld)
-    alone = np.flatnonzero(partner == NO_PARTNER)
     tail, head = (weld[end[alone]] for end in halfedge_ends(faces))
     length = np.linalg.norm(vertices[tail] - vertices[head], axis=1)
     least = np.full(len(vertices), np.inf)
