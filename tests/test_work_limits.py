@@ -89,7 +89,7 @@ def test_a_long_strip_gets_a_spacing_at_which_it_can_be_woven() -> None:
     assert latitudes.polylines.lengths.sum() / latitudes.spacing < 1.1 * MOST_NODES  # edges are longer than it
 
 
-@pytest.mark.parametrize(("spacing", "edge"), [(20.0, 0.01), (40.0, 0.3)])
+@pytest.mark.parametrize(("spacing", "edge"), [(20.0, 0.01), (40.0, 0.2)])
 def test_edges_too_short_for_the_rings_or_the_pockets_are_refused_with_those_that_would_do(
     spacing: float, edge: float
 ) -> None:

@@ -51,8 +51,11 @@ def encode_json(product: Product) -> bytes:
     ValueError
         Where a number is not finite: JSON has none.
     """
-    parts = [f'"{key}":{_text_of(value)}'.encode() for key, value in _entries(product)]
-    return b"{" + b",".join(parts) + b"}"
+    parts: list[bytes] = []
+    for key, value in _entries(product):
+        parts.append((f',"{key}":' if parts else f'{{"{key}":').encode())
+        parts.extend(_parts_of(value))
+    return b"".join([*parts, b"}"])
 
 
 def _entries(product: Product) -> Iterator[tuple[str, Any]]:
@@ -78,19 +81,27 @@ def _entries(product: Product) -> Iterator[tuple[str, Any]]:
         yield "equilibrium", _equilibrium_entry(product.equilibrium)
 
 
-def _text_of(value: Any) -> str:
+def _parts_of(value: Any) -> Iterator[bytes]:
     """The value as JSON, in parts that the C encoder writes in a fraction of a second."""
     if isinstance(value, dict):
-        return (
-            "{" + ",".join(f"{json.dumps(key, ensure_ascii=False)}:{_text_of(one)}" for key, one in value.items()) + "}"
-        )
-    if isinstance(value, (list, np.ndarray)) and len(value) > _ITEMS_AT_ONCE:
-        parts = (value[k : k + _ITEMS_AT_ONCE] for k in range(0, len(value), _ITEMS_AT_ONCE))
-        return "[" + ",".join(_text_of(part)[1:-1] for part in each(parts)) + "]"
+        for k, (key, one) in enumerate(value.items()):
+            yield ("," if k else "{").encode() + _text_of(key) + b":"
+            yield from _parts_of(one)
+        yield b"}" if value else b"{}"
+    elif isinstance(value, (list, np.ndarray)) and len(value) > _ITEMS_AT_ONCE:
+        for k in each(range(0, len(value), _ITEMS_AT_ONCE)):
+            yield b"," if k else b"["
+            yield _text_of(value[k : k + _ITEMS_AT_ONCE])[1:-1]
+        yield b"]"
+    else:
+        yield _text_of(value)
+
+
+def _text_of(value: Any) -> bytes:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     # Without an indent, which would leave the C encoder unused.
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 
 
 def _without_hidden(value: Any) -> Any:

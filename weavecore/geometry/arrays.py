@@ -11,6 +11,7 @@ Everything here takes linear time, or the time of one sort.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.polling import poll
+from weavecore.polling import each, poll
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,6 +54,28 @@ def frozen(values: ArrayLike, dtype: Any, shape: tuple[int, ...]) -> NDArray[Any
         raise ValueError(f"an array of shape {shape} was expected, not {array.shape}")
     array.flags.writeable = False
     return array
+
+
+# Long arrays
+
+BLOCK = 16_384
+"""Rows that are computed at once where a mesh has millions: what a block leaves between stays in the processor's cache,
+and takes no memory worth mentioning."""
+
+
+def blocks(n: int) -> Iterator[slice]:
+    """Cover ``n`` rows by slices of up to `BLOCK`, with a poll before each.
+
+    Parameters
+    ----------
+    n : int
+
+    Yields
+    ------
+    slice
+    """
+    for start in each(range(0, n, BLOCK)):
+        yield slice(start, min(start + BLOCK, n))
 
 
 # Rows of vectors
@@ -131,6 +154,23 @@ def cross(a: Floats, b: Floats) -> Floats:
     for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[:, k] = a[:, i] * b[:, j] - a[:, j] * b[:, i]
     return product
+
+
+def face_vectors(vertices: Floats, faces: Ints) -> Floats:
+    """Normals of triangles, as long as twice their areas.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+        Corners counter-clockwise seen from where the normals point.
+
+    Returns
+    -------
+    (F, 3) float64
+    """
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return cross(b - a, c - a)
 
 
 # Ragged arrays
@@ -370,6 +410,23 @@ def order_by(keys: Ints, n: int) -> Ints:
     k = len(keys)
     table = csr_matrix((np.ones(k, np.int8), keys, np.arange(k + 1)), shape=(k, n))
     return np.asarray(table.tocsc().indices, np.int64)
+
+
+def order_rows_by(keys: Ints, n: int) -> tuple[Ints, Ints]:
+    """Values grouped by keys below ``n``: a ragged array whose row ``k`` has the places of the key ``k``, in order.
+
+    Parameters
+    ----------
+    keys : (N,) int64
+        From 0 to n - 1.
+    n : int
+
+    Returns
+    -------
+    order : (N,) int64
+    offsets : (n+1,) int64
+    """
+    return order_by(keys, n), offsets_of(np.bincount(keys, minlength=n))
 
 
 # Graphs

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from weavecore.geometry.arrays import Floats
+from weavecore.geometry.arrays import Floats, blocks
 
 _ARCTANGENT_ABOVE = (
     -8.750608600031904122785e-1,
@@ -96,6 +96,13 @@ def arctangents(y: ArrayLike, x: ArrayLike) -> Floats:
         Radians, from -π to π; 0 of vectors without a length.
     """
     y, x = np.broadcast_arrays(np.asarray(y, np.float64), np.asarray(x, np.float64))
+    rows, columns, angles = y.ravel(), x.ravel(), np.empty(y.size)
+    for k in blocks(len(angles)):
+        angles[k] = _arctangents(rows[k], columns[k])
+    return angles.reshape(y.shape)
+
+
+def _arctangents(y: Floats, x: Floats) -> Floats:
     high, wide = np.abs(y), np.abs(x)
     # The quotient is at most 1: of steeper vectors the complement is taken.
     is_steep = high > wide
@@ -165,6 +172,13 @@ def sines_and_cosines(angle: ArrayLike) -> tuple[Floats, Floats]:
     sine, cosine : (…) float64
     """
     angle = np.asarray(angle, np.float64)
+    flat, sine, cosine = angle.ravel(), np.empty(angle.size), np.empty(angle.size)
+    for k in blocks(len(flat)):
+        sine[k], cosine[k] = _sines_and_cosines(flat[k])
+    return sine.reshape(angle.shape), cosine.reshape(angle.shape)
+
+
+def _sines_and_cosines(angle: Floats) -> tuple[Floats, Floats]:
     size = np.abs(angle)
     octant = np.floor(size / (np.pi / 4))
     octant += octant % 2

@@ -5,8 +5,8 @@ line that leaves the face by another edge goes on straight in the frame of that 
 1998, *Straightest geodesics on polyhedral surfaces*)::
 
                   apex (apex_x, apex_y)
-                    *                          next       head -> apex, unit direction (next_x, next_y)
-      previous    /   \    next               previous   apex -> tail, unit direction (previous_x, previous_y)
+                    *                          next       head -> apex, unit direction `next_direction`
+      previous    /   \    next               previous   apex -> tail, unit direction `previous_direction`
                 /       \                     angle      of the face at the tail
       tail     *---------* head   x ->
               (0, 0)   (length, 0)
@@ -19,10 +19,11 @@ Work: linear in the halfedges, and in the faces that walks cross.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, cross, offsets_of, order_rows_by
 from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.polling import poll
@@ -49,7 +50,6 @@ class Unfolding:
     ----------
     length : length of each halfedge
     apex, apex_x, apex_y : the opposite corner: its vertex, and its place in the frame
-    next_x, next_y, previous_x, previous_y : unit directions of the face's other halfedges in the frame
     angle : angle of the face at the halfedge's tail
     total_angle : (V,) sum of the angles at each vertex
     on_boundary : (V,) whether a vertex lies on a boundary halfedge
@@ -63,36 +63,53 @@ class Unfolding:
         self.vertices, self.faces, self.twin = vertices, faces, twins
         self.tail, self.head = halfedge_ends(faces)
         self.apex = faces[:, [2, 0, 1]].ravel()
-        every = np.arange(3 * len(faces))
-        self.next, self.previous = next_halfedge(every), previous_halfedge(every)
-        edge = vertices[self.head] - vertices[self.tail]
-        self.length = np.maximum(np.sqrt(np.einsum("ij,ij->i", edge, edge)), np.finfo(float).tiny)
-        self._lay_flat(edge)
-        poll()
-        self.angle = arctangents(self.apex_y, self.apex_x)
+        self._lay_flat()
         self.total_angle = np.bincount(self.tail, self.angle, n)
         self.on_boundary = np.zeros(n, bool)
-        boundary = twins == NO_TWIN
+        boundary = np.flatnonzero(twins == NO_TWIN)
         self.on_boundary[self.tail[boundary]] = self.on_boundary[self.head[boundary]] = True
         self.excess = np.where(self.on_boundary, 0.0, self.total_angle - 2 * np.pi)
         self.roughness = (
             float(np.quantile(np.abs(self.excess[~self.on_boundary]), 0.9)) if not self.on_boundary.all() else 0.0
         )
+        poll()
         total = np.bincount(self.tail, self.length, n) + np.bincount(self.head, self.length, n)
         count = np.bincount(self.tail, minlength=n) + np.bincount(self.head, minlength=n)
         self.mean_length = total / np.maximum(count, 1)
 
-    def _lay_flat(self, edge: Floats) -> None:
-        poll()
-        by_face = self.length.reshape(-1, 3)
-        after, before = by_face[:, [1, 2, 0]].ravel(), by_face[:, [2, 0, 1]].ravel()
-        cross = np.cross(edge[0::3], edge[1::3])
-        double_area = np.sqrt(np.einsum("ij,ij->i", cross, cross))
-        self.apex_x = (self.length**2 + before**2 - after**2) / (2 * self.length)
-        self.apex_y = np.repeat(double_area, 3) / self.length
-        self.next_x, self.next_y = (self.apex_x - self.length) / after, self.apex_y / after
-        self.previous_x, self.previous_y = -self.apex_x / before, -self.apex_y / before
-        self._normal = cross / np.maximum(double_area, np.finfo(float).tiny)[:, None]
+    def _lay_flat(self) -> None:
+        """Lengths, apexes and angles, and the normals of the faces."""
+        n_faces = len(self.faces)
+        arrays = [np.empty((n_faces, 3)) for _ in range(5)]
+        for k in blocks(n_faces):
+            for array, values in zip(arrays, _laid_flat(self.vertices[self.faces[k]])):
+                array[k] = values
+        self._normal, *by_face = arrays
+        self.length, self.apex_x, self.apex_y, self.angle = (array.ravel() for array in by_face)
+
+    @cached_property
+    def outgoing(self) -> tuple[Ints, Ints]:
+        """The halfedges that leave each vertex, in rising order, and the offsets (V + 1,) of the vertices."""
+        return order_rows_by(self.tail, len(self.vertices))
+
+    def next_direction(self, halfedge: Ints) -> tuple[Floats, Floats]:
+        """Unit directions of the following halfedges of the faces, in the frames of halfedges.
+
+        Parameters
+        ----------
+        halfedge : (n,) int64
+
+        Returns
+        -------
+        x, y : (n,) float64
+        """
+        size = self.length[next_halfedge(halfedge)]
+        return (self.apex_x[halfedge] - self.length[halfedge]) / size, self.apex_y[halfedge] / size
+
+    def previous_direction(self, halfedge: Ints) -> tuple[Floats, Floats]:
+        """The same of the preceding halfedges."""
+        size = self.length[previous_halfedge(halfedge)]
+        return -self.apex_x[halfedge] / size, -self.apex_y[halfedge] / size
 
     def points(self, halfedge: Ints, along: Floats) -> Floats:
         """Points along halfedges.
@@ -177,8 +194,7 @@ def _leave_face(
         The direction in its frame.
     """
     length, apex_x, apex_y = frames.length[halfedge], frames.apex_x[halfedge], frames.apex_y[halfedge]
-    nx, ny = frames.next_x[halfedge], frames.next_y[halfedge]
-    qx, qy = frames.previous_x[halfedge], frames.previous_y[halfedge]
+    (nx, ny), (qx, qy) = frames.next_direction(halfedge), frames.previous_direction(halfedge)
     to_next, to_previous = ux * ny - uy * nx, ux * qy - uy * qx
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.where(uy < 0, -py / uy, np.inf)
@@ -189,7 +205,8 @@ def _leave_face(
     by_previous = far_previous < far
     far = np.maximum(np.where(by_previous, far_previous, far), 0)
     by_next &= ~by_previous
-    edge = np.where(by_previous, frames.previous[halfedge], np.where(by_next, frames.next[halfedge], halfedge))
+    edge = np.where(by_next, next_halfedge(halfedge), halfedge)
+    edge = np.where(by_previous, previous_halfedge(halfedge), edge)
     cx = np.where(by_previous, qx, np.where(by_next, nx, 1.0))
     cy = np.where(by_previous, qy, np.where(by_next, ny, 0.0))
     ox = np.where(by_previous, apex_x, np.where(by_next, length, 0.0))
@@ -293,6 +310,24 @@ def barycentric_at(frames: Unfolding, halfedge: Ints, px: Floats, py: Floats) ->
     apex = py / np.maximum(frames.apex_y[halfedge], np.finfo(float).tiny)
     head = (px - apex * frames.apex_x[halfedge]) / frames.length[halfedge]
     return np.stack([1 - head - apex, head, apex], axis=1)
+
+
+def _laid_flat(corners: Floats) -> tuple[Floats, ...]:
+    """Normals of faces (n, 3), then (n, 3) each for the halfedges: length, apex and angle of the frame.
+
+    Parameters
+    ----------
+    corners : (n, 3, 3) float64
+    """
+    edge = corners[:, [1, 2, 0]] - corners
+    length = np.maximum(np.sqrt(np.einsum("fij,fij->fi", edge, edge)), np.finfo(float).tiny)
+    after, before = length[:, [1, 2, 0]], length[:, [2, 0, 1]]
+    normal = cross(edge[:, 0], edge[:, 1])
+    double_area = np.sqrt(np.einsum("ij,ij->i", normal, normal))
+    normal /= np.maximum(double_area, np.finfo(float).tiny)[:, None]
+    apex_x = (length**2 + before**2 - after**2) / (2 * length)
+    apex_y = double_area[:, None] / length
+    return normal, length, apex_x, apex_y, arctangents(apex_y, apex_x)
 
 
 _Row = tuple[Ints, Ints, Floats, Floats, Floats, Floats]

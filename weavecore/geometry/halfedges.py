@@ -13,6 +13,8 @@ Work: linear in the faces, and one sort for the twins.
 
 from __future__ import annotations
 
+from typing import Optional
+
 import numpy as np
 
 from weavecore.errors import NonManifold
@@ -67,7 +69,7 @@ def previous_halfedge(h: Ints) -> Ints:
     return preceding
 
 
-def find_twins(faces: Ints, n_vertices: int) -> Ints:
+def find_twins(faces: Ints, n_vertices: int, *, known: Optional[Ints] = None) -> Ints:
     """Find the twin of every halfedge.
 
     Parameters
@@ -75,6 +77,8 @@ def find_twins(faces: Ints, n_vertices: int) -> Ints:
     faces : (F, 3) int64
         Consistently oriented and manifold.
     n_vertices : int
+    known : (3F,) int64, optional
+        Twins that are known, -1 where none is: only among those halfedges others are looked for.
 
     Returns
     -------
@@ -87,9 +91,12 @@ def find_twins(faces: Ints, n_vertices: int) -> Ints:
         If an edge has three faces, or two that run the same way along it.
     """
     tail, head = halfedge_ends(faces)
-    key = np.minimum(tail, head) * np.int64(n_vertices) + np.maximum(tail, head)
+    twins = np.full(len(tail), NO_TWIN, np.int64) if known is None else known.copy()
+    alone = np.flatnonzero(twins == NO_TWIN)
+    key = np.minimum(tail[alone], head[alone]) * np.int64(n_vertices) + np.maximum(tail[alone], head[alone])
     order = np.argsort(key)  # which of two equal keys comes first does not matter
     key = key[order]
+    order = alone[order]
     same = key[1:] == key[:-1]
     triple = same[1:] & same[:-1]
     first, second = order[:-1][same], order[1:][same]
@@ -102,7 +109,6 @@ def find_twins(faces: Ints, n_vertices: int) -> Ints:
             ids=np.unique(bad // 3).tolist(),
             kind="face",
         )
-    twins = np.full(len(tail), NO_TWIN, np.int64)
     twins[first], twins[second] = second, first
     return twins
 

@@ -17,16 +17,17 @@ Work: linear in the resulting faces; each round bisects an independent set of ed
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from weavecore.errors import TooFarFromOrigin, TooMuchWork
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks
 from weavecore.geometry.halfedges import NO_TWIN, find_twins, next_halfedge, previous_halfedge
 from weavecore.polling import poll
 
-MAX_FACES = 2_500_000
-"""More faces than this are refused: an offset takes about 700 bytes a face, so these take 1.8 GB."""
+MAX_FACES = 8_000_000
+"""More faces than this are refused: an offset takes about 500 bytes a face, so these take 4 GB."""
 
 _MAX_ARCH_OF_EDGE = 1 / 12  # height of the arch over a border edge, as a part of the edge
 _MAX_ARCH_OF_LONGEST = 1 / 2  # and as a part of the longest edge: behind it faces have their ordinary size
@@ -51,11 +52,14 @@ class Refinement:
         Row ``f`` is old face ``f``, or a part of it; parts beyond the first come after all old rows.
     parent_face : (F',) int64
         The old face that each face is part of.
+    twins : (3F',) int64
+        Twins of the halfedges of the faces, -1 on the border.
     """
 
     vertices: Floats
     faces: Ints
     parent_face: Ints
+    twins: Ints
 
 
 def refine_faces(
@@ -103,7 +107,7 @@ def refine_faces(
     worked = _Bisection(vertices, faces, longest, protected, splittable)
     queue = worked.long_faces(np.arange(len(faces)))
     if len(queue) == 0:
-        return Refinement(vertices, faces, np.arange(len(faces)))
+        return Refinement(vertices, faces, np.arange(len(faces)), find_twins(faces, len(vertices)))
     _check_work(vertices, faces[queue], longest, most_faces)
     while len(queue):
         queue = worked.split(queue)
@@ -139,12 +143,16 @@ def _places(points: Floats) -> str:
 
 
 class _Bisection:
-    """The mesh while it is worked on: the faces not sealed, with their twins, and the sealed ones."""
+    """The mesh while it is worked on: the faces not sealed, with their twins, and the sealed ones.
+
+    Arrays have room for more rows than are used, so that a round takes time only for the faces that it cuts.
+    """
 
     def __init__(
         self, vertices: Floats, faces: Ints, longest: float, protected: Bools | None, splittable: Bools | None
     ) -> None:
-        self.vertices, self.longest = vertices, longest
+        self.n_vertices, self.n_faces, self.longest = len(vertices), len(faces), longest
+        self.vertices = np.array(vertices, np.float64)
         self.faces = np.array(faces, np.int64)
         self.twins = find_twins(faces, len(vertices))
         if protected is not None:
@@ -154,19 +162,22 @@ class _Bisection:
         self.parent = np.arange(len(faces))
         self.splittable = np.zeros(3 * len(faces), bool) if splittable is None else splittable.copy()
         # Of a border halfedge: the arch's height over the square of the whole edge's length, in units of longest.
-        length = np.sqrt(self._squares(np.arange(len(faces)))).ravel()
-        arched = (self.twins == NO_TWIN) & (length > 1) & ~self.splittable
-        height = np.minimum(_MAX_ARCH_OF_EDGE * length, _MAX_ARCH_OF_LONGEST)
-        self.bend = np.divide(height, length**2, out=np.zeros_like(length), where=arched)
+        border = np.flatnonzero((self.twins == NO_TWIN) & ~self.splittable)
+        length = np.sqrt(self._squares(border // 3)[np.arange(len(border)), border % 3])
+        arched, length = border[length > 1], length[length > 1]
+        self.bend = np.zeros(3 * len(faces))
+        self.bend[arched] = np.minimum(_MAX_ARCH_OF_EDGE * length, _MAX_ARCH_OF_LONGEST) / length**2
+        self.marks = np.zeros(3 * len(faces), np.int64)  # of faces or halfedges: 0 but within a method
         self.sealed: list[Ints] = []
         self.sealed_parent: list[Ints] = []
 
     def _squares(self, face: Ints) -> Floats:
         """(n, 3) squared lengths of the edges of faces, in units of the longest that is allowed."""
-        poll()
-        corners = self.vertices[self.faces[face]]
-        along = (corners[:, [1, 2, 0]] - corners) / self.longest
-        squares: Floats = along[..., 0] ** 2 + along[..., 1] ** 2 + along[..., 2] ** 2
+        squares = np.empty((len(face), 3))
+        for k in blocks(len(face)):
+            corners = self.vertices[self.faces[face[k]]]
+            along = (corners[:, [1, 2, 0]] - corners) / self.longest
+            squares[k] = along[..., 0] ** 2 + along[..., 1] ** 2 + along[..., 2] ** 2
         return squares
 
     def long_faces(self, face: Ints) -> Ints:
@@ -178,13 +189,12 @@ class _Bisection:
         """Cut an independent set of the longest edges of the queued faces; give the next queue."""
         poll()
         chosen = self._choose(queue)
-        n_faces, n_chosen = len(self.faces), len(chosen)
-        middle = self._new_middles(chosen)
-        self._cut(chosen, middle)
-        split = np.zeros(n_faces, bool)
-        split[chosen // 3] = True
-        touched = np.concatenate([chosen // 3, n_faces + np.arange(n_chosen)])
-        return np.concatenate([queue[~split[queue]], self.long_faces(touched)])
+        added = self.n_faces + np.arange(len(chosen))
+        self._cut(chosen, self._new_middles(chosen))
+        self.marks[chosen // 3] = 1
+        waiting = queue[self.marks[queue] == 0]
+        self.marks[chosen // 3] = 0
+        return np.concatenate([waiting, self.long_faces(np.concatenate([chosen // 3, added]))])
 
     def _choose(self, queue: Ints) -> Ints:
         """Halfedges that are the first of their face and, if they have a twin, of its face too.
@@ -197,17 +207,17 @@ class _Bisection:
         mantissa, exponent = np.frexp(square)
         size_class = 2 * exponent.astype(np.int64) + (mantissa >= np.sqrt(0.5))
         corner, after = self.faces[queue], self.faces[queue][:, [1, 2, 0]]
-        edge_id = np.minimum(corner, after) * np.int64(len(self.vertices)) + np.maximum(corner, after)
+        edge_id = np.minimum(corner, after) * np.int64(self.n_vertices) + np.maximum(corner, after)
         # An edge of just the length that is allowed shares the class of longer ones, and its other face may be done.
         is_first = (size_class == size_class.max(1, keepdims=True)) & (square > 1.0)
         for key in (square.view(np.int64) >> _ROUNDED, edge_id):
             rank = np.where(is_first, key * _SCRAMBLE & _LOW_BITS, -1)
             is_first &= rank == rank.max(1, keepdims=True)
         first = 3 * queue + np.argmax(is_first, axis=1)
-        first_of_face = np.full(len(self.faces), NO_TWIN, np.int64)
-        first_of_face[queue] = first
+        self.marks[queue] = first + 1
         twin = self.twins[first]
-        chosen: Ints = first[(twin == NO_TWIN) | (first_of_face[twin // 3] == twin)]
+        chosen: Ints = first[(twin == NO_TWIN) | (self.marks[twin // 3] == twin + 1)]
+        self.marks[queue] = 0
         return chosen
 
     def _new_middles(self, chosen: Ints) -> Ints:
@@ -215,20 +225,23 @@ class _Bisection:
         poll()
         twin = self.twins[chosen]
         leads = (twin == NO_TWIN) | (chosen < twin)
-        new = len(self.vertices) + np.arange(int(leads.sum()))
-        of_halfedge = np.empty(len(self.twins), np.int64)
-        of_halfedge[chosen[leads]] = new
+        new = self.n_vertices + np.arange(int(leads.sum()))
         paired = leads & (twin != NO_TWIN)
-        of_halfedge[twin[paired]] = of_halfedge[chosen[paired]]
+        self.marks[chosen[leads]] = new
+        self.marks[twin[paired]] = self.marks[chosen[paired]]
+        of_chosen = self.marks[chosen]
+        self.marks[chosen] = 0
         a, b, c = self._corners(chosen[leads])
         middle = (self.vertices[a] + self.vertices[b]) / 2
         on_border = (twin[leads] == NO_TWIN) & ~self.splittable[chosen[leads]]
-        a, b, c, new = a[on_border], b[on_border], c[on_border], new[on_border]
+        a, b, c, sealing = a[on_border], b[on_border], c[on_border], new[on_border]
         middle[on_border] = self._arch_points(chosen[leads][on_border], a, b, c)
-        self.vertices = np.concatenate([self.vertices, middle])
-        self.sealed.append(np.stack([a, b, new], axis=1))
+        self.vertices = _with_room(self.vertices, self.n_vertices, self.n_vertices + len(new))
+        self.vertices[new] = middle
+        self.n_vertices += len(new)
+        self.sealed.append(np.stack([a, b, sealing], axis=1))
         self.sealed_parent.append(self.parent[chosen[leads][on_border] // 3])
-        return of_halfedge[chosen]
+        return of_chosen
 
     def _arch_points(self, halfedge: Ints, a: Ints, b: Ints, c: Ints) -> Floats:
         """The point of the arch over the middle of each border halfedge, towards the apex."""
@@ -249,42 +262,70 @@ class _Bisection:
     def _cut(self, h: Ints, middle: Ints) -> None:
         """Cut the faces of halfedges ``h`` (a, b) from their middles to their apexes c: (a, m, c), (m, b, c)."""
         poll()
-        n_faces = len(self.faces)
         a, b, c = self._corners(h)
-        face, added = h // 3, n_faces + np.arange(len(h))
+        face, added = h // 3, self.n_faces + np.arange(len(h))
+        self._add_faces(len(h))
         beyond = [next_halfedge(h), previous_halfedge(h)]  # (b, c) and (c, a) go to new places
         places = [3 * added + 1, 3 * face + 2]
-        moved = np.arange(len(self.twins))
         twin, outer = self.twins[h], [self.twins[s] for s in beyond]
         bend, splittable = ([of[s] for s in (*beyond, h)] for of in (self.bend, self.splittable))
-        for old, new in zip(beyond, places):
-            moved[old] = new
         self.faces[face] = np.stack([a, middle, c], axis=1)
-        self.faces = np.concatenate([self.faces, np.stack([middle, b, c], axis=1)])
-        self.parent = np.concatenate([self.parent, self.parent[face]])
-        self.twins = np.concatenate([self.twins, np.full(3 * len(h), NO_TWIN, np.int64)])
-        self.bend = np.concatenate([self.bend, np.zeros(3 * len(h))])
-        self.splittable = np.concatenate([self.splittable, np.zeros(3 * len(h), bool)])
+        self.faces[added] = np.stack([middle, b, c], axis=1)
+        self.parent[added] = self.parent[face]
+        for old, new in zip(beyond, places):
+            self.marks[old] = new + 1
         for place, across in zip(places, outer):
             known = across != NO_TWIN
+            moved = self.marks[across[known]] - 1
+            moved = np.where(moved < 0, across[known], moved)
             self.twins[place] = NO_TWIN
-            self.twins[place[known]] = moved[across[known]]
-            self.twins[moved[across[known]]] = place[known]
+            self.twins[place[known]], self.twins[moved] = moved, place[known]
+        for old in beyond:
+            self.marks[old] = 0
         self._join(3 * face + 1, 3 * added + 2)
-        row = np.full(n_faces, -1, np.int64)
-        row[face] = np.arange(len(h))
-        beside = np.where(twin == NO_TWIN, -1, row[twin // 3])
-        self.twins[3 * face] = np.where(beside < 0, NO_TWIN, 3 * added[beside])
-        self.twins[3 * added] = np.where(beside < 0, NO_TWIN, 3 * face[beside])
+        self.marks[face] = added
+        beside = np.where(twin == NO_TWIN, 0, self.marks[twin // 3])
+        self.marks[face] = 0
+        self.twins[3 * face] = np.where(beside == 0, NO_TWIN, 3 * beside)
+        self.twins[3 * added] = np.where(beside == 0, NO_TWIN, 3 * (twin // 3))
         for place, k in zip((*places, 3 * face, 3 * added), (0, 1, 2, 2)):
             self.bend[place], self.splittable[place] = bend[k], splittable[k]
+
+    def _add_faces(self, n: int) -> None:
+        """Count so many faces more, and make room for them."""
+        before, self.n_faces = self.n_faces, self.n_faces + n
+        self.faces = _with_room(self.faces, before, self.n_faces)
+        self.parent = _with_room(self.parent, before, self.n_faces)
+        self.twins = _with_room(self.twins, 3 * before, 3 * self.n_faces)
+        self.bend = _with_room(self.bend, 3 * before, 3 * self.n_faces)
+        self.splittable = _with_room(self.splittable, 3 * before, 3 * self.n_faces)
+        self.marks = _with_room(self.marks, 0, 3 * self.n_faces)
 
     def _join(self, one: Ints, other: Ints) -> None:
         self.twins[one], self.twins[other] = other, one
 
     def result(self) -> Refinement:
+        faces = np.concatenate([self.faces[: self.n_faces], *self.sealed])
+        twins = np.full(faces.size, NO_TWIN, np.int64)
+        twins[: 3 * self.n_faces] = self.twins[: 3 * self.n_faces]
         return Refinement(
-            self.vertices,
-            np.concatenate([self.faces, *self.sealed]),
-            np.concatenate([self.parent, *self.sealed_parent]),
+            self.vertices[: self.n_vertices].copy(),
+            faces,
+            np.concatenate([self.parent[: self.n_faces], *self.sealed_parent]),
+            find_twins(faces, self.n_vertices, known=twins),
         )
+
+
+_Array = TypeVar("_Array", Floats, Ints, Bools)
+
+
+def _with_room(rows: _Array, n_used: int, n_needed: int) -> _Array:
+    """An array with so many rows at least, of which it keeps the used ones; the others are 0.
+
+    It has twice the rows that are needed: the system gives memory only for those that are written.
+    """
+    if n_needed <= len(rows):
+        return rows
+    roomy = np.zeros((2 * n_needed, *rows.shape[1:]), rows.dtype)
+    roomy[:n_used] = rows[:n_used]
+    return roomy

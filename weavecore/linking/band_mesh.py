@@ -42,8 +42,8 @@ from weavecore.texts import rough_count
 _LONGEST_EDGE = 0.5
 """Part of the lattice's edge length: no inner edge of a band mesh is longer, so that two nodes next to each other
 have several vertices between them."""
-MOST_POINTS = 2_000_000
-"""Points of a band mesh: some 2 GB with its graph.  Fine meshes of large surfaces have a tenth of it."""
+MOST_POINTS = 5_000_000
+"""Points of a band mesh: some 4 GB with its graph.  A scan of a million faces has half of it at 100,000 nodes."""
 _TRIANGLES_PER_POINT = 2
 _MOST_SIDES_OF_SMALL = 4
 """A cell of up to so many sides is triangulated by a diagonal."""

@@ -57,8 +57,8 @@ Progress = Optional[Callable[[float, str], None]]
 _MOST_REFINEMENTS = 8
 """Rounds of boundary refinement; each adds at most one node to an edge, so eight divide it into 256 parts."""
 
-MOST_NODES = 80_000
-"""Nodes of a lattice: each takes some 20 kB to link, smooth and weave, so these take 1.6 GB."""
+MOST_NODES = 150_000
+"""Nodes of a lattice: each takes some 25 kB to link, smooth, weave and write, so these take 4 GB."""
 
 _NODE_OF_SQUARE = 0.87
 """Area that a Steiner vertex of a pocket takes, in squares of the edge length: that of two equilateral triangles."""

@@ -146,7 +146,7 @@ def note_short_edges(lattice: Lattice) -> Lattice:
 
 def _with_note(lattice: Lattice, note: Note) -> Lattice:
     latitudes = lattice.latitudes
-    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, note))
+    surface = latitudes.surface.with_notes((*latitudes.surface.notes, note))
     return replace(lattice, latitudes=replace(latitudes, surface=surface))
 
 

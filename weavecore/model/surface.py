@@ -6,14 +6,15 @@ direction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
 
 from weavecore.errors import BadIndex, Degenerate, NonFinite
-from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, face_vectors, frozen
 from weavecore.geometry.closest import FaceFinder
 from weavecore.geometry.halfedges import (
     NO_TWIN,
@@ -24,6 +25,7 @@ from weavecore.geometry.halfedges import (
     halfedge_ends,
 )
 from weavecore.geometry.nearest_normals import NearestNormals
+from weavecore.geometry.refine import Refinement
 from weavecore.model.notes import Note
 
 
@@ -123,6 +125,36 @@ class SurfaceMesh:
                 kind="vertex",
             )
 
+    def refined(self, refinement: Refinement) -> SurfaceMesh:
+        """The surface on a finer mesh of it.
+
+        Parameters
+        ----------
+        refinement : Refinement
+            Of this mesh, with its cuts and origins protected.  What was checked of this mesh holds for it too.
+
+        Returns
+        -------
+        SurfaceMesh
+        """
+        arrays = {"vertices": refinement.vertices, "faces": refinement.faces, "_twins": refinement.twins}
+        for array in arrays.values():
+            array.flags.writeable = False
+        return _unchecked({**{field.name: getattr(self, field.name) for field in fields(self)}, **arrays})
+
+    def with_notes(self, notes: Iterable[Note]) -> SurfaceMesh:
+        """The same mesh with other notes; both share their arrays, and what was derived from them.
+
+        Parameters
+        ----------
+        notes : iterable of Note
+
+        Returns
+        -------
+        SurfaceMesh
+        """
+        return _unchecked({**self.__dict__, "notes": tuple(notes)})
+
     @property
     def twins(self) -> Ints:
         """(3F,) twin of each halfedge, -1 on the border."""
@@ -201,23 +233,33 @@ class SurfaceMesh:
     @cached_property
     def edge_lengths(self) -> Floats:
         """(3F,) length of every halfedge."""
-        tail, head = halfedge_ends(self.faces)
-        lengths: Floats = np.linalg.norm(self.vertices[head] - self.vertices[tail], axis=1)
-        return lengths
+        lengths = np.empty((self.n_faces, 3))
+        for k in blocks(self.n_faces):
+            corners = self.vertices[self.faces[k]]
+            lengths[k] = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
+        return lengths.ravel()
+
+    @cached_property
+    def face_areas(self) -> Floats:
+        """(F,) areas of the faces, in square units."""
+        areas = np.empty(self.n_faces)
+        for k in blocks(self.n_faces):
+            areas[k] = np.linalg.norm(face_vectors(self.vertices, self.faces[k]), axis=1) / 2
+        return areas
 
     @cached_property
     def area(self) -> float:
         """Sum of the areas of the faces, in square units."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+        return float(self.face_areas.sum())
 
     @cached_property
     def face_normals(self) -> Floats:
         """(F, 3) unit normals; zero where a face has no area."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
-        size = np.linalg.norm(normal, axis=1, keepdims=True)
-        unit: Floats = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+        unit = np.zeros((self.n_faces, 3))
+        for k in blocks(self.n_faces):
+            normal = face_vectors(self.vertices, self.faces[k])
+            size = np.linalg.norm(normal, axis=1, keepdims=True)
+            np.divide(normal, size, out=unit[k], where=size > 0)
         return unit
 
     @cached_property
@@ -234,6 +276,13 @@ class SurfaceMesh:
     def size(self) -> float:
         """Length of the diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+
+def _unchecked(values: dict[str, Any]) -> SurfaceMesh:
+    """A surface of values that are known to be sound."""
+    surface = object.__new__(SurfaceMesh)
+    surface.__dict__.update(values)
+    return surface
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
@@ -199,7 +199,7 @@ def _note_variation(surface: SurfaceMesh, ratio: float, mean: float) -> SurfaceM
     text = f"Along a ring the spacing factor varies up to {ratio:.3g} times; rings stay parallel, so each keeps one "
     text += f"spacing, by the mean along it ({mean:.3g} there)."
     others = (one for one in surface.notes if one.code != "GRADED")
-    return replace(surface, notes=(*others, Note("GRADED", text, {"ratio": ratio, "mean": mean})))
+    return surface.with_notes((*others, Note("GRADED", text, {"ratio": ratio, "mean": mean})))
 
 
 def _means_along_levels(

@@ -64,7 +64,7 @@ def note_crossings(latitudes: Latitudes) -> Latitudes:
     text += "each other there, or lie on each other beside a sharp fold, and their rods run into each other. Move them "
     text += "apart, open the fold, or leave one of them out."
     note = Note("CROSSING", text, {"count": len(places)}, places)
-    return replace(latitudes, surface=replace(latitudes.surface, notes=(*latitudes.surface.notes, note)))
+    return replace(latitudes, surface=latitudes.surface.with_notes((*latitudes.surface.notes, note)))
 
 
 def crossing_places(latitudes: Latitudes) -> Floats:

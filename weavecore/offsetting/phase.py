@@ -14,15 +14,14 @@ nodes on the cut locus (`isolines.cut_locus`).  Linear in the edges.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats
-from weavecore.geometry.halfedges import halfedge_ends
+from weavecore.geometry.arrays import Floats, blocks
+from weavecore.geometry.halfedges import next_halfedge
 from weavecore.model import Note, SurfaceMesh
 from weavecore.offsetting.distance.solver import DistanceField
-from weavecore.polling import poll
 
 _HEAD_ON = -0.5
 """Cosine of the directions of two fronts below which they meet head-on.  Where they meet at a sharper angle the depth
@@ -97,24 +96,26 @@ def find_meetings(surface: SurfaceMesh, field: DistanceField) -> Meetings:
     -------
     Meetings
     """
-    poll()
-    h = np.flatnonzero(surface.twins > np.arange(len(surface.twins)))
-    tail, head = halfedge_ends(surface.faces)
-    a, b = tail[h], head[h]
+    found = [_meetings_on(surface, field, k) for k in blocks(3 * surface.n_faces)]
+    return Meetings(*(np.concatenate(parts) for parts in zip(*found)))
+
+
+def _meetings_on(surface: SurfaceMesh, field: DistanceField, halfedges: slice) -> tuple[Floats, Floats]:
+    """Depth and length where fronts meet on some of the halfedges that are the first of their edges."""
+    h = np.arange(halfedges.start, halfedges.stop)
+    h = h[surface.twins[halfedges] > h]
+    corner = surface.faces.ravel()
+    a, b = corner[h], corner[next_halfedge(h)]
     along = surface.vertices[b] - surface.vertices[a]
-    poll()
     rise = np.einsum("ij,ij->i", field.gradient[a], along)
     fall = -np.einsum("ij,ij->i", field.gradient[b], along)
     facing = np.einsum("ij,ij->i", field.gradient[a], field.gradient[b])
     meets = (rise > 0) & (fall > 0) & (facing < _HEAD_ON)
     h, a, b, rise, fall, along = (part[meets] for part in (h, a, b, rise, fall, along))
     depth = field.distance[a] + rise * (field.distance[b] + fall - field.distance[a]) / (rise + fall)
-    poll()
     # An edge has a third of the two faces beside it: a strip of this area about the edge, which the line crosses.
-    p = surface.vertices[surface.faces]
-    areas = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1) / 2
-    length = 2 / 3 * (areas[h // 3] + areas[surface.twins[h] // 3]) / np.linalg.norm(along, axis=1)
-    return Meetings(depth, length)
+    areas = surface.face_areas[h // 3] + surface.face_areas[surface.twins[h] // 3]
+    return depth, 2 / 3 * areas / np.linalg.norm(along, axis=1)
 
 
 def spacing_in_phase(surface: SurfaceMesh, field: DistanceField, spacing: float) -> float:
@@ -165,4 +166,4 @@ def note_phase(surface: SurfaceMesh, field: DistanceField, spacing: float) -> Su
     text += f"{better:g} would be in phase."
     others = (one for one in surface.notes if one.code != "PHASE")
     numbers = {"spacing": spacing, "spacing_in_phase": better}
-    return replace(surface, notes=(*others, Note("PHASE", text, numbers)))
+    return surface.with_notes((*others, Note("PHASE", text, numbers)))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from weavecore.errors import Unsupported
@@ -66,4 +64,4 @@ def refine_for_spacing(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
     )
     if len(refined.faces) == surface.n_faces:
         return surface
-    return replace(surface, vertices=refined.vertices, faces=refined.faces)
+    return surface.refined(refined)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Union
 
 import numpy as np
@@ -187,8 +187,7 @@ def suggest_spacing(surface: SurfaceMesh) -> float:
     float
         In the model's unit.
     """
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    areas = surface.face_areas
     mean_edge = math.sqrt(areas.mean() * 4 / math.sqrt(3))
     if surface.n_faces < _FEW_FACES:
         depth = _depth_of_few_faces(surface, longest=math.sqrt(areas.sum()) / _MIN_EDGES_ACROSS)
@@ -257,9 +256,7 @@ def _depth_of_few_faces(surface: SurfaceMesh, *, longest: float) -> float:
             splittable=surface.is_free_border,
             most_faces=_MOST_FACES_FOR_DEPTH,
         )
-        distance = measure_distance(
-            replace(surface, vertices=fine.vertices, faces=fine.faces), most_steps=_MOST_STEPS_FOR_DEPTH
-        ).distance
+        distance = measure_distance(surface.refined(fine), most_steps=_MOST_STEPS_FOR_DEPTH).distance
     except TooMuchWork:
         return _depth_along_edges(surface)
     return float(distance[np.isfinite(distance)].max())

@@ -9,7 +9,6 @@ finds the edges: O(n log n) in the border vertices.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -56,7 +55,7 @@ def note_gaps(surface: SurfaceMesh) -> SurfaceMesh:
     text = f"{counted(n, 'border')} up to {furthest:.3g} beside others, first at {at(where[0])}: if they are sides of "
     text += f"one seam, --weld {1.01 * furthest:.3g} closes it."
     note = Note("GAP", text, {"count": n, "vertices": len(beside), "gap": furthest}, where)
-    return replace(surface, notes=(*surface.notes, note))
+    return surface.with_notes((*surface.notes, note))
 
 
 def _are_narrow(surface: SurfaceMesh) -> Bools:

@@ -79,7 +79,7 @@ def cut_closed_parts(surface: SurfaceMesh, *, plane: Optional[Plane] = None) -> 
         if plane is None:
             return surface
         unused = Note("UNUSED", "The cutting plane was not used: no part of the surface is closed.")
-        return replace(surface, notes=(*surface.notes, unused))
+        return surface.with_notes((*surface.notes, unused))
     level, n_crossed = np.ones(surface.n_vertices), 0
     for faces in parts:
         used, local = np.unique(faces, return_inverse=True)

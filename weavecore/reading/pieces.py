@@ -81,9 +81,7 @@ def pieces_of(surface: SurfaceMesh) -> tuple[SurfacePiece, ...]:
 
 
 def _areas(surface: SurfaceMesh) -> Floats:
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    return np.asarray(np.bincount(surface.component_of_face, area), np.float64)
+    return np.asarray(np.bincount(surface.component_of_face, surface.face_areas), np.float64)
 
 
 def keep_largest(surface: SurfaceMesh) -> SurfaceMesh:
@@ -141,7 +139,7 @@ def note_pieces(surface: SurfaceMesh) -> SurfaceMesh:
         With the notes SCRAPS and SLIT where they apply.
     """
     notes = [*_scraps(surface), *_slits(surface)]
-    return replace(surface, notes=(*surface.notes, *notes)) if notes else surface
+    return surface.with_notes((*surface.notes, *notes)) if notes else surface
 
 
 def _scraps(surface: SurfaceMesh) -> list[Note]:

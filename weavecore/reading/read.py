@@ -123,7 +123,7 @@ def read_surface(
     if surface.unit == "None" and is_rhino(path):
         guess = f"{path} has no unit; lengths are used as they are"
         warnings.warn(UnitUnknown(guess), stacklevel=3)  # `pollable` lies between.
-        surface = replace(surface, notes=(*surface.notes, Note(UnitUnknown.code, f"{guess}.")))
+        surface = surface.with_notes((*surface.notes, Note(UnitUnknown.code, f"{guess}.")))
     return surface
 
 

@@ -163,7 +163,7 @@ def repair(
     if n_expected not in (None, n_borders):
         text = f"By its edges the object has {n_expected} borders, and its mesh has {n_borders}."
         note = Note("BORDERS", text, {"expected": float(n_expected or 0), "found": n_borders})
-        surface = replace(surface, notes=(*surface.notes, note))
+        surface = surface.with_notes((*surface.notes, note))
     surface = _with_options(_without_closed_gaps(surface), options)
     return cut_closed_parts(surface, plane=cut_plane) if is_cut else surface
 
@@ -172,7 +172,7 @@ def _without_closed_gaps(surface: SurfaceMesh) -> SurfaceMesh:
     """Without the notes of gaps between pieces that were welded since."""
     n_pieces = int(surface.component_of_face.max()) + 1
     notes = [note for note in surface.notes if dict(note.numbers).get("pieces", 0) <= n_pieces or note.code != "GAP"]
-    return surface if len(notes) == len(surface.notes) else replace(surface, notes=tuple(notes))
+    return surface if len(notes) == len(surface.notes) else surface.with_notes(notes)
 
 
 def _with_options(surface: SurfaceMesh, options: RepairOptions) -> SurfaceMesh:

@@ -16,7 +16,7 @@ O(n log n) in the points, whose number is bounded.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -97,9 +97,7 @@ def measure_thickness(surface: SurfaceMesh, reach: float) -> Thickness:
     """
     from scipy.spatial import cKDTree
 
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    total = float(area.sum())
+    area, total = surface.face_areas, surface.area
     n = int(np.clip(total * (_FINE / reach) ** 2, _ASKED, _POINTS))
     rng = np.random.default_rng(_SEED)
     face = np.searchsorted(np.cumsum(area), (np.arange(n) + rng.random(n)) / n * total).clip(max=len(area) - 1)
@@ -162,7 +160,7 @@ def note_thickness(surface: SurfaceMesh, spacing: float) -> SurfaceMesh:
         text += f"are wide, least {least:.3g} at {at(places[0])}: {would_do:.2g} would do for 90% of these."
         note = Note("COARSE", text, {**numbers, "spacing_that_would_do": would_do}, places)
     others = (one for one in surface.notes if one.code not in ("THIN", "COARSE"))
-    return replace(surface, notes=(*others, note))
+    return surface.with_notes((*others, note))
 
 
 def keep_outer_side(surface: SurfaceMesh) -> SurfaceMesh:
@@ -184,8 +182,7 @@ def keep_outer_side(surface: SurfaceMesh) -> SurfaceMesh:
         Where it has no two sides of like area.
     """
     part = _parts_between_edges(surface)
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    area = np.bincount(part, np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+    area = np.bincount(part, surface.face_areas)
     order = np.argsort(-area, kind="stable")
     if len(order) < 2 or not _are_two_sides(area[order]):
         raise Degenerate(
@@ -200,8 +197,7 @@ def keep_outer_side(surface: SurfaceMesh) -> SurfaceMesh:
 
 
 def _has_two_sides(surface: SurfaceMesh) -> bool:
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    area = np.bincount(_parts_between_edges(surface), np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+    area = np.bincount(_parts_between_edges(surface), surface.face_areas)
     return len(area) > 1 and _are_two_sides(np.sort(area)[::-1])
 
 

@@ -337,7 +337,7 @@ def _beside(after: Equilibrium, before: Equilibrium) -> Floats:
 def _with_note(weave: Weave, note: Note) -> Weave:
     """The same weave, with a note beside those of its surface."""
     latitudes = weave.lattice.latitudes
-    surface = replace(latitudes.surface, notes=(*latitudes.surface.notes, note))
+    surface = latitudes.surface.with_notes((*latitudes.surface.notes, note))
     return replace(weave, lattice=replace(weave.lattice, latitudes=replace(latitudes, surface=surface)))
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, ranges, sorted_unique
 from weavecore.geometry.geodesics import Unfolding, back_to_edge, barycentric_at, walk_straight
+from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
 from weavecore.offsetting.distance.ray_seeds import ray_spacing
 from weavecore.offsetting.distance.rays import GeodesicRays, TentativeDistances, advance, offer_at_start
 
@@ -226,9 +227,7 @@ class UnsweptFaces:
     """
 
     def __init__(self, frames: Unfolding) -> None:
-        corners = frames.faces.ravel()
-        self._corner = np.argsort(corners)
-        self._offsets = np.searchsorted(corners[self._corner], np.arange(len(frames.vertices) + 1))
+        self._corner, self._offsets = frames.outgoing
         self._waiting = np.zeros(0, np.int64)
 
     @property
@@ -259,7 +258,8 @@ class UnsweptFaces:
         edge = 3 * seen[one] + (np.argmax(missing[one], axis=1) + 1) % 3
         start, end = tentative.distance[frames.tail[edge]], tentative.distance[frames.head[edge]]
         length = frames.length[edge]
-        latest = np.minimum(start + frames.length[frames.previous[edge]], end + frames.length[frames.next[edge]])
+        before, after = previous_halfedge(edge), next_halfedge(edge)
+        latest = np.minimum(start + frames.length[before], end + frames.length[after])
         late = latest < distance
         edge, start, end, length = edge[late], start[late], end[late], length[late]
         cosine = np.clip((end - start) / length, -MAX_FLATNESS, MAX_FLATNESS)

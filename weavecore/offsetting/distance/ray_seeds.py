@@ -20,7 +20,7 @@ import numpy as np
 from weavecore.geometry.arrays import Floats, Ints, offsets_of, ranks_in_rows, rows_of
 from weavecore.geometry.elementary import sines_and_cosines
 from weavecore.geometry.geodesics import Unfolding
-from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.geometry.halfedges import NO_TWIN, previous_halfedge
 from weavecore.offsetting.distance.rays import GeodesicRays
 
 SMOOTH, ROUGH = (0.002, 0.5), (0.006, 0.35)
@@ -103,8 +103,8 @@ class Corners:
         at, turning = boundary, np.arange(len(boundary))
         while len(turning):
             self.total[turning] += frames.angle[at]
-            incoming[turning] = frames.previous[at]
-            at = frames.twin[frames.previous[at]]
+            incoming[turning] = previous_halfedge(at)
+            at = frames.twin[incoming[turning]]
             turning, at = turning[at != NO_TWIN], at[at != NO_TWIN]
         self.before = number[incoming]
 
@@ -200,7 +200,7 @@ def find_sector(frames: Unfolding, halfedge: Ints, angle: Floats) -> tuple[Ints,
     at, left = halfedge.copy(), angle.copy()
     active = np.flatnonzero(left >= frames.angle[at])
     while len(active):
-        onward = frames.twin[frames.previous[at[active]]]
+        onward = frames.twin[previous_halfedge(at[active])]
         active, onward = active[onward != NO_TWIN], onward[onward != NO_TWIN]
         left[active] -= frames.angle[at[active]]
         at[active] = onward

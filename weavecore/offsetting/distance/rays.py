@@ -40,6 +40,7 @@ import numpy as np
 from weavecore.geometry.arrays import Bools, Floats, Ints, sorted_unique
 from weavecore.geometry.elementary import arctangents, sines_and_cosines
 from weavecore.geometry.geodesics import Unfolding
+from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
 
 MIN_SADDLE_EXCESS = 0.02
 """Radians above a full turn from which a vertex blocks the view; less bends a path by less than rays are apart."""
@@ -310,12 +311,11 @@ def _cross_face(frames: Unfolding, state: RayState, is_left: Bools) -> tuple[Int
         Direction in the frame of the twin.
     """
     h, ux, uy = state.halfedge, state.ux, state.uy
-    edge = np.where(is_left, frames.next[h], frames.previous[h])
-    cx = np.where(is_left, frames.next_x[h], frames.previous_x[h])
-    cy = np.where(is_left, frames.next_y[h], frames.previous_y[h])
-    size = frames.length[edge]
+    edge = np.where(is_left, next_halfedge(h), previous_halfedge(h))
+    size, length, apex_x, apex_y = frames.length[edge], frames.length[h], frames.apex_x[h], frames.apex_y[h]
+    cx, cy = np.where(is_left, apex_x - length, -apex_x) / size, np.where(is_left, apex_y, -apex_y) / size
     sine = np.maximum(ux * cy - uy * cx, _LEAST_SINE)
-    base = np.where(is_left, frames.length[h] - state.px, -state.px)
+    base = np.where(is_left, length - state.px, -state.px)
     run = np.maximum(base * cy / sine, 0)
     # `next` starts at the shared vertex, `previous` ends there; the twin counts from the other end.
     from_shared = (run * ux - base) * cx + run * uy * cy
@@ -490,6 +490,8 @@ class TentativeDistances:
         By which the best ray entered its face, -1 where there is none; ``ux, uy`` are in its frame.
     ux, uy : (V,) float64
         Unit direction in which the path arrives.
+    last_reached : int
+        One of the vertices that got their first offer last.
     n_steps : int
         How often rays have been stepped across faces, all that move at once.
     n_crossed : int
@@ -508,6 +510,7 @@ class TentativeDistances:
         self.distance[sources] = 0.0
         self._penalty = LATERAL_PENALTY / frames.mean_length
         self._reached: list[Ints] = [sources]
+        self.last_reached = int(sources[0])
 
     def offer(self, vertex: Ints, distance: Floats, lateral: Floats, halfedge: Ints, ux: Floats, uy: Floats) -> None:
         """Keep the offers that beat what their vertices have.
@@ -529,6 +532,7 @@ class TentativeDistances:
         first = better[np.isinf(self.score[vertex[better]])]
         if len(first):
             self._reached.append(vertex[first])
+            self.last_reached = int(vertex[first[0]])
         while len(better):  # where one vertex got several, the last one written need not be the best
             v = vertex[better]
             self.score[v] = score[better]

@@ -34,10 +34,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, ranges
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, ranges
 from weavecore.geometry.elementary import arctangents, sines_and_cosines
 from weavecore.geometry.geodesics import Unfolding
-from weavecore.geometry.halfedges import NO_TWIN
+from weavecore.geometry.halfedges import NO_TWIN, next_halfedge, previous_halfedge
 from weavecore.offsetting.distance.rays import NO_HALFEDGE, TentativeDistances, front_distance
 
 MAX_SQUARED_SLOPE = 1.1
@@ -74,7 +74,9 @@ def relax_sources(frames: Unfolding, tentative: TentativeDistances) -> Floats:
     """
     gradient = np.zeros((len(frames.vertices), 3))
     known = np.flatnonzero(tentative.halfedge != NO_HALFEDGE)
-    gradient[known] = frames.directions(tentative.halfedge[known], tentative.ux[known], tentative.uy[known])
+    for k in blocks(len(known)):
+        v = known[k]
+        gradient[v] = frames.directions(tentative.halfedge[v], tentative.ux[v], tentative.uy[v])
     faces = _steep_faces(frames, tentative.distance)
     if len(faces):
         relaxation = _Relaxation(frames, tentative)
@@ -85,11 +87,15 @@ def relax_sources(frames: Unfolding, tentative: TentativeDistances) -> Floats:
 
 def _steep_faces(frames: Unfolding, distance: Floats) -> Ints:
     """Faces on which the distance rises faster than the way is long, or is not known."""
-    start, end, apex = distance[frames.faces].T
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # unreached corners, flat faces: not a number
-        along = (end - start) / frames.length[0::3]
-        up = (apex - start - along * frames.apex_x[0::3]) / frames.apex_y[0::3]
-        return np.flatnonzero(~(along * along + up * up <= MAX_SQUARED_SLOPE))
+    is_steep = np.zeros(len(frames.faces), bool)
+    for k in blocks(len(is_steep)):
+        start, end, apex = distance[frames.faces[k]].T
+        first = slice(3 * k.start, 3 * k.stop, 3)
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # unreached corners, flat faces: no number
+            along = (end - start) / frames.length[first]
+            up = (apex - start - along * frames.apex_x[first]) / frames.apex_y[first]
+            is_steep[k] = ~(along * along + up * up <= MAX_SQUARED_SLOPE)
+    return np.flatnonzero(is_steep)
 
 
 def front_curvature(frames: Unfolding, distance: Floats) -> Floats:
@@ -108,13 +114,16 @@ def front_curvature(frames: Unfolding, distance: Floats) -> Floats:
     -------
     (V,) float64
     """
-    n = len(distance)
+    n, flow = len(distance), np.empty(len(frames.tail))
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # flat faces and unreached vertices: 0 below
-        double_area = frames.length * frames.apex_y
-        across = frames.apex_x * (frames.apex_x - frames.length) + frames.apex_y * frames.apex_y
-        flow = across / double_area * (distance[frames.head] - distance[frames.tail]) / 2
+        for k in blocks(len(flow)):
+            length, apex_x, apex_y = frames.length[k], frames.apex_x[k], frames.apex_y[k]
+            across = apex_x * (apex_x - length) + apex_y * apex_y
+            flow[k] = across / (length * apex_y) * (distance[frames.head[k]] - distance[frames.tail[k]]) / 2
         total = np.bincount(frames.tail, flow, n) - np.bincount(frames.head, flow, n)
-        curvature = total / np.bincount(frames.tail, double_area / 6, n)
+        sixth = np.multiply(frames.length, frames.apex_y, out=flow)
+        sixth /= 6
+        curvature = total / np.bincount(frames.tail, sixth, n)
     curvature = np.where(np.isfinite(curvature), curvature, 0.0)
     bounded: Floats = np.clip(curvature, -MAX_CONVERGENCE / frames.mean_length, 1 / frames.mean_length)
     return bounded
@@ -129,8 +138,7 @@ class _Relaxation:
         self.angle_of = _outgoing_angles(frames)
         self.source_angle = self._source_angles(tentative)
         self.curvature = front_curvature(frames, tentative.distance)
-        self._order = np.argsort(frames.tail, kind="stable")
-        self._offsets = np.searchsorted(frames.tail[self._order], np.arange(len(frames.vertices) + 1))
+        self._order, self._offsets = frames.outgoing
 
     def _source_angles(self, tentative: TentativeDistances) -> Floats:
         """Angle of the direction back along each arrival; not a number where there is none."""
@@ -138,9 +146,10 @@ class _Relaxation:
         v = np.flatnonzero(tentative.halfedge != NO_HALFEDGE)
         h, x, y = tentative.halfedge[v], -tentative.ux[v], -tentative.uy[v]
         at_tail, at_head = f.tail[h] == v, f.head[h] == v
-        out = np.select((at_tail, at_head), (h, f.next[h]), f.previous[h])
-        cx = np.select((at_tail, at_head), (1.0, f.next_x[h]), f.previous_x[h])
-        cy = np.select((at_tail, at_head), (0.0, f.next_y[h]), f.previous_y[h])
+        out = np.select((at_tail, at_head), (h, next_halfedge(h)), previous_halfedge(h))
+        (next_x, next_y), (previous_x, previous_y) = f.next_direction(h), f.previous_direction(h)
+        cx = np.select((at_tail, at_head), (1.0, next_x), previous_x)
+        cy = np.select((at_tail, at_head), (0.0, next_y), previous_y)
         angle = np.full(len(f.vertices), np.nan)
         angle[v] = self.angle_of[out] + arctangents(y * cx - x * cy, x * cx + y * cy)
         return angle
@@ -191,8 +200,8 @@ class _Relaxation:
         """Bound offers from below by the distance at which the path enters its last face; and whether it enters it."""
         f, twin = self.frames, self.frames.twin[h]
         a, length = f.tail[h], f.length[h]
-        corner = np.where(by_right, f.angle[f.next[twin]], f.angle[h])
-        beside = np.where(by_right, f.length[f.next[twin]], f.length[f.previous[h]])
+        corner = np.where(by_right, f.angle[next_halfedge(twin)], f.angle[h])
+        beside = np.where(by_right, f.length[next_halfedge(twin)], f.length[previous_halfedge(h)])
         b = np.where(by_right, f.apex[twin], f.apex[h])
         sine = np.maximum(sines_and_cosines(corner + seen)[0], _LEAST_SINE)
         place = length * sines_and_cosines(seen)[0] / sine
@@ -230,7 +239,7 @@ class _Relaxation:
             over = (angle >= self.angle_of[first] + f.angle[first]) | (angle < self.angle_of[first])
             if not over.any():
                 break
-            onward = f.twin[f.previous[first]]
+            onward = f.twin[previous_halfedge(first)]
             first = np.where(over & (onward != NO_TWIN), onward, first)
         angle = angle - self.angle_of[first]
         found[sees] = -f.directions(first, *sines_and_cosines(angle)[::-1])
@@ -240,10 +249,10 @@ class _Relaxation:
 def _outgoing_angles(frames: Unfolding) -> Floats:
     """Angle (3F,) of each halfedge around its tail, counter-clockwise from the first one there."""
     f = frames
-    onward = f.twin[f.previous]
-    first = np.full(len(f.vertices), -1)
-    backwards = np.arange(len(f.tail))[::-1]
-    first[f.tail[backwards]] = backwards
+    order, offsets = f.outgoing
+    first = np.full(len(f.vertices), NO_HALFEDGE)
+    is_used = offsets[1:] > offsets[:-1]
+    first[is_used] = order[offsets[:-1][is_used]]
     boundary = np.flatnonzero(f.twin == NO_TWIN)
     first[f.tail[boundary]] = boundary
     start = first[first >= 0]
@@ -251,7 +260,7 @@ def _outgoing_angles(frames: Unfolding) -> Floats:
     angles = np.zeros(len(f.tail))
     while len(at):
         angles[at] = angle
-        angle, at = angle + f.angle[at], onward[at]
+        angle, at = angle + f.angle[at], f.twin[previous_halfedge(at)]
         going = (at != NO_TWIN) & (at != start)
         at, angle, start = at[going], angle[going], start[going]
     return angles

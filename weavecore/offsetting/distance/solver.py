@@ -189,9 +189,10 @@ def _propagate(frames: Unfolding, surface: SurfaceMesh, most_steps: int, progres
             raise _too_many_steps(surface)
         if progress is not None:
             progress(float(np.isfinite(tentative.distance).mean()), "offsetting the borders")
-        reached = tentative.distance[np.isfinite(tentative.distance)].max()
-        if distance > reached + STRIDE + (0.0 if unswept.is_empty else 2 * frames.length.max()):
-            break
+        if distance > tentative.distance[tentative.last_reached] + STRIDE:  # else one vertex shows that it goes on
+            reached = tentative.distance[np.isfinite(tentative.distance)].max()
+            if distance > reached + STRIDE + (0.0 if unswept.is_empty else 2 * frames.length.max()):
+                break
     return tentative
 
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, connected, follow, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, connected, follow, offsets_of
 from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
 from weavecore.offsetting.isolines.cut_mesh import CutMesh
 from weavecore.offsetting.isolines.simplify import LevelRegions
@@ -58,6 +58,10 @@ class Crossings:
 
     def __len__(self) -> int:
         return len(self.halfedge)
+
+    def part(self, k: slice) -> Crossings:
+        """Some of them, one after the other; ``after`` still counts all."""
+        return Crossings(self.halfedge[k], self.level[k], self.after[k], self.deep[k], self.shallow[k])
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +190,17 @@ def place_crossings(mesh: CutMesh, regions: LevelRegions, crossings: Crossings, 
     (N,) float64
         0 at the deep end, 1 at the shallow end; in the order of the levels, apart from each other and the ends.
     """
+    is_kept = regions.distance == mesh.distance
+    part = np.empty(len(crossings))
+    for k in blocks(len(crossings)):
+        part[k] = _places_of(crossings.part(k), mesh, regions, is_kept, schedule)
+    return part
+
+
+def _places_of(
+    crossings: Crossings, mesh: CutMesh, regions: LevelRegions, is_kept: Bools, schedule: LevelSchedule
+) -> Floats:
+    """The same of some crossings; ``is_kept`` (n,) are the nodes whose distance was not changed."""
     deep, shallow = crossings.deep, crossings.shallow
     low, high = regions.distance[shallow], regions.distance[deep]
     rise = np.maximum(high - low, np.finfo(float).tiny)
@@ -194,7 +209,6 @@ def place_crossings(mesh: CutMesh, regions: LevelRegions, crossings: Crossings, 
     normal = mesh.edge_normals(crossings.halfedge)
     start, is_start = slope_along(mesh.gradient[shallow], along, normal)
     end, is_end = slope_along(mesh.gradient[deep], along, normal)
-    is_kept = regions.distance == mesh.distance
     stays = is_kept[deep] & is_kept[shallow]
     is_start, is_end = is_start & stays, is_end & stays
     start, end = start / rise, end / rise

@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks
 from weavecore.geometry.bisection import NOT_SPLIT, split_edges
 from weavecore.geometry.halfedges import NO_TWIN
 from weavecore.offsetting.isolines.crossings import KINK, slope_along
@@ -70,9 +70,13 @@ def insert_cut_locus(mesh: CutMesh, edge_lengths: Floats, *, schedule: LevelSche
 
 def _find_cut_locus(mesh: CutMesh, edge_lengths: Floats, schedule: LevelSchedule) -> tuple[Ints, Floats, Floats]:
     """Halfedges with a peak near a level, the part of them at which it lies, and its distance."""
-    h = mesh.edges
-    at_start = mesh.distance == 0
-    h = h[(mesh.twins[h] != NO_TWIN) | ~at_start[mesh.tail[h]] | ~at_start[mesh.head[h]]]
+    found = [_peaks_on(mesh.edges[k], mesh, edge_lengths, schedule) for k in blocks(len(mesh.edges))]
+    halfedge, share, peak = (np.concatenate(parts) for parts in zip(*found))
+    return halfedge, share, peak
+
+
+def _peaks_on(h: Ints, mesh: CutMesh, edge_lengths: Floats, schedule: LevelSchedule) -> tuple[Ints, Floats, Floats]:
+    h = h[(mesh.twins[h] != NO_TWIN) | (mesh.distance[mesh.tail[h]] != 0) | (mesh.distance[mesh.head[h]] != 0)]
     a, b = mesh.tail[h], mesh.head[h]
     higher = np.maximum(mesh.distance[a], mesh.distance[b])
     # The slope of a distance is at most 1: this bounds the peak.

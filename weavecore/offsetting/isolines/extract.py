@@ -180,8 +180,7 @@ def _least_depth(surface: SurfaceMesh, distance: Floats) -> float:
     -------
     float
     """
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = surface.face_areas
     perimeter = surface.edge_lengths.reshape(-1, 3).sum(1)
     radius = np.divide(2.0 * area, perimeter, out=np.zeros_like(area), where=perimeter > 0)
     return float(max(distance.max(), radius.max()))

@@ -110,18 +110,13 @@ def offset_fronts(surface: SurfaceMesh, *, spacing: Spacing, progress: Progress 
     refuse_closed(surface)
     # About so many vertices, and as many places where polylines go from face to face.
     refuse_too_many_points(
-        2.0 * VERTICES_PER_SPACING * _area(surface) / schedule.least_spacing**2, schedule.least_spacing
+        2.0 * VERTICES_PER_SPACING * surface.area / schedule.least_spacing**2, schedule.least_spacing
     )
     try:
         latitudes = _offset_in_parts(surface, schedule, 1, progress)
     except Degenerate as refusal:
         latitudes = _offset_in_more_parts(surface, schedule, refusal, progress)
     return prune_beside_free_borders(latitudes)
-
-
-def _area(surface: SurfaceMesh) -> float:
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
 def _offset_in_more_parts(

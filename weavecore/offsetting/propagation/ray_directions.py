@@ -310,8 +310,8 @@ def _find_pivots(
     halfedge, place = domain.find_free_borders(face, weights)
     axis = np.zeros(len(face))
     base, k, frames = 3 * face, halfedge % 3, domain.frames
-    axis[k == 1] = np.arctan2(frames.next_y[base], frames.next_x[base])[k == 1]
-    axis[k == 2] = np.arctan2(frames.previous_y[base], frames.previous_x[base])[k == 2]
+    axis[k == 1] = np.arctan2(*frames.next_direction(base)[::-1])[k == 1]
+    axis[k == 2] = np.arctan2(*frames.previous_direction(base)[::-1])[k == 2]
     off = (angle - axis + np.pi) % (2 * np.pi) - np.pi
     return np.where(is_end, halfedge, NO_TWIN), np.where(is_end, place, 0.0), off
 
