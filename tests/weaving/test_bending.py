@@ -5,7 +5,7 @@ import pytest
 
 from weavecore import pipeline
 from weavecore.errors import Unsupported
-from weavecore.geometry.splines import as_b_splines, fit_splines, sample_curves
+from weavecore.geometry.splines import arc_stations, as_b_splines, fit_splines, sample_curves
 from weavecore.model import Material, RodAxes
 from weavecore.model.bending import Bending
 from weavecore.weaving.bending import known_materials, material_named, measure_bending
@@ -44,6 +44,18 @@ def arc(radius: float, degrees: float, n: int, *, closed: bool = False) -> np.nd
 def measured(axes: RodAxes, diameter: float = 5.0) -> Bending:
     normals = np.tile([0.0, 0.0, 1.0], (len(axes.points), 1))
     return measure_bending(axes, normals, diameters=np.full(len(axes), diameter), material=material_named("gfrp"))[0]
+
+
+def test_stations_without_samples_are_those_of_the_samples() -> None:
+    rows = arc(80.0, 200, 7), arc(30.0, 360, 9, closed=True), arc(50.0, 40, 2)
+    points, closed = np.concatenate(rows), np.array([False, True, False])
+    offsets = np.r_[0, np.cumsum([len(row) for row in rows])]
+    fit = fit_splines(points, offsets, closed)
+    curves = points, fit.derivatives, fit.parameters, offsets, closed, fit.ends
+    stations, lengths = arc_stations(*curves, step=5.0)
+    samples = sample_curves(*curves, step=5.0)
+    np.testing.assert_allclose(stations, samples.stations[samples.is_given], rtol=1e-12)
+    np.testing.assert_allclose(lengths, samples.stations[samples.offsets[1:] - 1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("radius", [80.0, 300.0, 1500.0])

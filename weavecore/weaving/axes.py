@@ -23,10 +23,10 @@ import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of, unit_vectors
 from weavecore.geometry.eigenvectors import least_eigenvectors
-from weavecore.geometry.splines import BSplineRows, SplineRows, as_b_splines, fit_splines, sample_curves
+from weavecore.geometry.splines import SplineRows, arc_stations, as_b_splines, fit_splines
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
-from weavecore.model.rod_axes import CurveRows, RodAxes, tip_parameters, with_tips
+from weavecore.model.rod_axes import RodAxes, extend_to_tips
 from weavecore.model.strands import Strands
 from weavecore.polling import each
 from weavecore.weaving.clearance import gaps_at_joints
@@ -221,7 +221,7 @@ def _fit_normals(
     return points, rows, normals
 
 
-def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> RodAxes:
+def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, overhangs: Floats) -> RodAxes:
     """The axes of a fit, with overhangs, B-splines and arc lengths.
 
     Parameters
@@ -229,24 +229,26 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
     lattice : Lattice
     strands : Strands
     fit : Fit
-    longest : (S,) float64
-        How far open rods run on straight beyond their outermost ties, where there is room.
+    overhangs : (S, 2) float64
+        How far rods run on straight beyond their outermost ties; 0 of rings.
 
     Returns
     -------
     RodAxes
     """
-    points, rows = fit.points, fit.rows
-    overhangs = _overhangs(points, strands, longest)
-    tipped, drawn = extend_to_tips(points, rows, strands.offsets, strands.closed, overhangs)
+    rows, offsets, closed = fit.rows, strands.offsets, strands.closed
+    tipped = extend_to_tips(fit.points, rows, offsets, closed, overhangs)
+    drawn = as_b_splines(
+        SplineRows(tipped.derivatives, tipped.parameters, tipped.ends), tipped.points, tipped.offsets, closed
+    )
     step = _STEP * min(lattice.edge_length, lattice.latitudes.spacing)
-    samples = sample_curves(
-        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, strands.closed, tipped.ends, step=step
+    stations, lengths = arc_stations(
+        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, closed, tipped.ends, step=step
     )
     return RodAxes(
-        offsets=strands.offsets,
-        closed=strands.closed,
-        points=points,
+        offsets=offsets,
+        closed=closed,
+        points=fit.points,
         derivatives=rows.derivatives,
         parameters=tipped.parameters[tipped.visits],
         ends=tipped.ends,
@@ -255,47 +257,31 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
         knots=drawn.knots,
         control_offsets=drawn.control_offsets,
         controls=drawn.controls,
-        stations=samples.stations[samples.is_given][tipped.visits],
-        lengths=samples.stations[samples.offsets[1:] - 1],
+        stations=stations[tipped.visits],
+        lengths=lengths,
         layer_offsets=fit.layer_offsets,
     )
 
 
-def extend_to_tips(
-    points: Floats, rows: SplineRows, offsets: Ints, closed: Bools, overhangs: Floats
-) -> tuple[CurveRows, BSplineRows]:
-    """Extend the splines of open rods straight to the tips of their overhangs.
+def usual_overhangs(strands: Strands, fit: Fit, diameters: Floats) -> Floats:
+    """How far rods run on beyond their outermost ties: `OVERHANG_DIAMETERS` where there is room, rings not at all.
 
     Parameters
     ----------
-    points : (M, 3) float64
-        Of the axes at the visits.
-    rows : SplineRows
-        Through the points, from the first visit of each rod to its last.
-    offsets : (S+1,) int64
-    closed : (S,) bool
-    overhangs : (S, 2) float64
-        At the start and the end of each rod; 0 of rings.
+    strands : Strands
+    fit : Fit
+    diameters : (S,) float64
 
     Returns
     -------
-    curves : CurveRows
-        Of the visits and the tips.
-    splines : BSplineRows
-        The same in B-spline form.
+    (S, 2) float64
+        At the start and the end of each rod.
     """
-    parameters, ends = tip_parameters(rows, offsets, overhangs)
-    curves = with_tips(points, rows.derivatives, parameters, offsets, closed, ends, overhangs)
-    tipped_rows = SplineRows(curves.derivatives, curves.parameters, ends)
-    return curves, as_b_splines(tipped_rows, curves.points, curves.offsets, closed)
-
-
-def _overhangs(points: Floats, strands: Strands, longest: Floats) -> Floats:
-    """(S, 2) overhang of each rod at its start and end, as long as (S,) where there is room; none of a ring."""
-    first, last = strands.offsets[:-1], strands.offsets[1:] - 1
+    points, first, last = fit.points, strands.offsets[:-1], strands.offsets[1:] - 1
     ends = np.stack([points[first + 1] - points[first], points[last] - points[last - 1]], axis=1)
     room = _MOST_OF_EDGE * np.linalg.norm(ends, axis=2)
-    overhangs: Floats = np.where(strands.closed[:, None], 0.0, np.minimum(room, longest[:, None]))
+    longest = OVERHANG_DIAMETERS * diameters[:, None]
+    overhangs: Floats = np.where(strands.closed[:, None], 0.0, np.minimum(room, longest))
     return overhangs
 
 

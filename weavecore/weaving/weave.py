@@ -31,7 +31,7 @@ from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.rod_pairing import DartPairs, find_dart_pairs
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.axes import OVERHANG_DIAMETERS, Fit, draw_axes, fit_axes, refit_axes, surface_normals
+from weavecore.weaving.axes import Fit, draw_axes, fit_axes, refit_axes, surface_normals, usual_overhangs
 from weavecore.weaving.bending import Sharpest, find_sharpest, material_named, measure_bending
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
@@ -156,7 +156,9 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
 
 def _with_overhangs(lattice: Lattice, strands: Strands, fit: Fit, diameters: Floats) -> tuple[RodAxes, Clashes]:
     """The axes of a fit with their overhangs, those that clash shortened."""
-    return clear_overhangs(draw_axes(lattice, strands, fit, OVERHANG_DIAMETERS * diameters), diameters)
+    longest = usual_overhangs(strands, fit, diameters)
+    overhangs, clashes = clear_overhangs(fit.points, fit.rows, strands, longest, diameters)
+    return draw_axes(lattice, strands, fit, overhangs), clashes
 
 
 @dataclass(frozen=True, eq=False)
