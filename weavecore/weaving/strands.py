@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, previous_in_loop, ranks_in_rows, rows_of
+from weavecore.geometry.arrays import Bools, Ints, offsets_of, ranks_in_rows, rows_of
 from weavecore.geometry.matching import ALONE
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -81,11 +81,10 @@ def darts_at(lattice: Lattice, strands: Strands, visits: Bools) -> Ints:
     strands : Strands
     visits : (M,) bool
     """
-    after, before = next_in_loop(strands.offsets), previous_in_loop(strands.offsets)
     at = np.flatnonzero(visits)
     here = strands.nodes[at]
     pairs = []
-    for beside in (strands.nodes[before[at]], strands.nodes[after[at]]):
+    for beside in (strands.nodes[strands.preceding[at]], strands.nodes[strands.following[at]]):
         edge = edges_between(lattice.edges, here, beside)
         pairs.append(2 * edge + (lattice.edges[edge, 1] == here))
     return np.stack(pairs, axis=1)
@@ -255,11 +254,5 @@ def steps_along(strands: Strands) -> tuple[Ints, Ints]:
     before, after : (k,) int64
         Entries of ``strands.nodes``.
     """
-    after = next_in_loop(strands.offsets)
-    start = np.flatnonzero(_goes_on(strands, after))
-    return start, after[start]
-
-
-def _goes_on(strands: Strands, after: Ints) -> Bools:
-    goes_on: Bools = strands.closed[rows_of(strands.offsets)] | (after > np.arange(len(after)))
-    return goes_on
+    start = np.flatnonzero(strands.following >= 0)
+    return start, strands.following[start]
