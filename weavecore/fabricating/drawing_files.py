@@ -13,9 +13,9 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
+from html import escape
 from importlib import import_module, resources
 from typing import Any, Callable
-from xml.sax.saxutils import escape
 
 from weavecore.errors import Unsupported
 from weavecore.fabricating.drawing import LEFT, MIDDLE, RIGHT, Drawing, DrawnLine, DrawnPath, DrawnText
@@ -152,7 +152,7 @@ def encode_svg(drawing: Drawing, statement: str) -> bytes:
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="Helvetica, Arial, sans-serif">',
-        f"<title>{escape(statement)}</title>",
+        f"<title>{escape(statement, quote=False)}</title>",
         f'<rect width="{width:.3f}" height="{height:.3f}" fill="white"/>',
     ]
     lines, paths, texts = (_by(items, lambda one: one.layer) for items in (drawing.lines, drawing.paths, drawing.texts))
@@ -194,7 +194,7 @@ def _svg_text(one: DrawnText, height: float) -> str:
     bold = ' font-weight="bold"' if one.bold else ""
     return (
         f'<text {place} font-size="{one.height * _HEIGHT_TO_SIZE:.2f}" text-anchor="{_ANCHORS[one.anchor]}"{bold}>'
-        f"{escape(one.text)}</text>"
+        f"{escape(one.text, quote=False)}</text>"
     )
 
 
