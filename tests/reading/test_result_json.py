@@ -152,6 +152,29 @@ def test_whatever_is_put_anywhere_is_read_or_refused(make: Callable[[], dict[str
     decode_result(json.dumps(whole).encode())
 
 
+@pytest.mark.parametrize("value", [None, "x", 10**30, True])
+def test_long_lists_that_are_kept_as_arrays_are_refused_as_lists_are(value: Any) -> None:
+    whole = document()
+    n_lists = 0
+    for key in ("surface", "latitudes", "lattice", "weave"):
+        for items in whole[key].values():
+            if isinstance(items, list) and len(items) >= 64:
+                n_lists += 1
+                last, items[-1] = items[-1], value
+                assert said_of(lambda: take_result(whole)) == said_of(lambda: decode_result(json.dumps(whole).encode()))
+                items[-1] = last
+    assert n_lists >= 8
+
+
+def said_of(read: Callable[[], Any]) -> str:
+    """The error of reading; "" where there is none."""
+    try:
+        read()
+    except WeaveError as error:
+        return str(error)
+    return ""
+
+
 def is_refused(whole: dict[str, Any]) -> bool:
     try:
         take_result(whole)
@@ -255,12 +278,19 @@ def test_pipes_and_devices_are_refused_before_they_are_opened(tmp_path: Path) ->
             read_result(tmp_path / name)
 
 
-def test_a_result_too_large_for_the_memory_is_refused_by_its_size(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("limit", "most", "content", "what"),
+    [
+        ("MOST_BYTES", 1000, b" " * 5_000_000, "has 5 MB, more than the limit of 0 MB"),
+        ("MOST_MEMORY", 90_000_000, b"[" + b"[]," * 1_000_000 + b"0]", r"about 0\.1 GB of memory, more than 0\.1 GB"),
+    ],
+)
+def test_a_result_too_large_for_the_memory_is_refused_before_it_is_parsed(
+    limit: str, most: int, content: bytes, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(result_json, "MOST_BYTES", 1000)
-    (tmp_path / "large.json").write_bytes(b" " * 5_000_000)
-    with pytest.raises(TooMuchWork, match=r"5 MB, and would take about 0\.1 GB"):
+    monkeypatch.setattr(result_json, limit, most)
+    (tmp_path / "large.json").write_bytes(content)
+    with pytest.raises(TooMuchWork, match=what):
         read_result(tmp_path / "large.json")
 
 

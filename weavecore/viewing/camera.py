@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, cross, face_vectors, unit_vectors
 from weavecore.polling import each
 
 _EYE_DISTANCE = 3.6
@@ -168,17 +168,16 @@ def _candidates() -> tuple[Floats, Floats]:
 
 def _spread_points(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     """Points spread evenly over the area, and the unit normals there."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    area = np.linalg.norm(normal, axis=1)
-    total = np.cumsum(area)
+    areas = [np.linalg.norm(face_vectors(vertices, faces[k]), axis=1) for k in blocks(len(faces))]
+    total = np.cumsum(np.concatenate(areas))
     k = np.arange(_N_SAMPLES)
     face = np.minimum(np.searchsorted(total, (k + 0.5) / _N_SAMPLES * total[-1]), len(faces) - 1)
     u, v = (0.5 + k * _R2_SEQUENCE[0]) % 1, (0.5 + k * _R2_SEQUENCE[1]) % 1
     over = u + v > 1
     u, v = np.where(over, 1 - u, u), np.where(over, 1 - v, v)
-    points = a[face] + (b - a)[face] * u[:, None] + (c - a)[face] * v[:, None]
-    return points, normal[face] / np.maximum(area[face], np.finfo(float).tiny)[:, None]
+    a, b, c = (vertices[faces[face, k]] for k in range(3))
+    points = a + (b - a) * u[:, None] + (c - a) * v[:, None]
+    return points, unit_vectors(cross(b - a, c - a))
 
 
 def _score(points: Floats, normals: Floats, openings: Floats, direction: Floats, cells: int) -> float:

@@ -19,13 +19,15 @@ Work: linear in the rays, for each comparison.
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, ranges, sorted_unique
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, ranges, sorted_unique
 from weavecore.geometry.geodesics import Unfolding, back_to_edge, barycentric_at, walk_straight
 from weavecore.geometry.halfedges import next_halfedge, previous_halfedge
 from weavecore.offsetting.distance.ray_seeds import ray_spacing
-from weavecore.offsetting.distance.rays import GeodesicRays, TentativeDistances, advance, offer_at_start
+from weavecore.offsetting.distance.rays import GeodesicRays, RayState, TentativeDistances, advance, offer_at_start
 
 MAX_NEARBY_LENGTH = 1.0
 """Mean edge lengths above this (in medians) do not widen the spacing of rays: finer faces may lie ahead."""
@@ -59,6 +61,8 @@ class FrontSnapshot:
     rays : GeodesicRays
         None of them stopped.
     distance : float
+    before : FrontSnapshot, optional
+        Of the first of the rays, at the same distance.
 
     Attributes
     ----------
@@ -75,19 +79,51 @@ class FrontSnapshot:
         Gap that is aimed at.
     """
 
-    def __init__(self, frames: Unfolding, rays: GeodesicRays, distance: float) -> None:
-        state, after = rays.state, rays.links.after
-        self.linked = after >= 0
-        self.next = np.where(self.linked, after, 0)
-        self.directions = frames.directions(state.halfedge, state.ux, state.uy)
-        back = (state.distance - distance)[:, None] * self.directions
-        self.points = frames.points(state.halfedge, state.px) - back
-        self.aside = self.points[self.next] - self.points
-        self.gap = np.where(self.linked, np.sqrt(np.einsum("ij,ij->i", self.aside, self.aside)), -1.0)
-        ends = frames.tail[state.halfedge], frames.head[state.halfedge]
-        self.spacing = ray_spacing(frames) * np.minimum(
+    def __init__(
+        self, frames: Unfolding, rays: GeodesicRays, distance: float, *, before: FrontSnapshot | None = None
+    ) -> None:
+        n, n_known = len(rays), 0
+        self.points: Floats = np.empty((n, 3))
+        self.directions: Floats = np.empty((n, 3))
+        self.spacing: Floats = np.empty(n)
+        if before is not None:
+            n_known = len(before.points)
+            self.points[:n_known], self.directions[:n_known] = before.points, before.directions
+            self.spacing[:n_known] = before.spacing
+        for k in blocks(n - n_known):
+            self._place(frames, rays.state, distance, slice(n_known + k.start, n_known + k.stop))
+        self._link(rays)
+
+    def _place(self, frames: Unfolding, state: RayState, distance: float, k: slice) -> None:
+        h = state.halfedge[k]
+        directions = frames.directions(h, state.ux[k], state.uy[k])
+        back = (state.distance[k] - distance)[:, None] * directions
+        self.directions[k], self.points[k] = directions, frames.points(h, state.px[k]) - back
+        ends = frames.tail[h], frames.head[h]
+        self.spacing[k] = ray_spacing(frames) * np.minimum(
             np.minimum(frames.mean_length[ends[0]], frames.mean_length[ends[1]]), MAX_NEARBY_LENGTH
         )
+
+    def _link(self, rays: GeodesicRays) -> None:
+        after = rays.links.after
+        self.linked = after >= 0
+        self.next = np.where(self.linked, after, 0)
+        self.aside = self.points[self.next] - self.points
+        self.gap = np.where(self.linked, np.sqrt(np.einsum("ij,ij->i", self.aside, self.aside)), -1.0)
+
+    def of_rest(self, rays: GeodesicRays, kept: Bools) -> FrontSnapshot:
+        """The snapshot of the rays that are left of these.
+
+        Parameters
+        ----------
+        rays : GeodesicRays
+        kept : (n,) bool
+            Which ones of these they are.
+        """
+        rest = copy(self)
+        rest.points, rest.directions, rest.spacing = self.points[kept], self.directions[kept], self.spacing[kept]
+        rest._link(rays)
+        return rest
 
 
 def measure_growth(rays: GeodesicRays, snapshot: FrontSnapshot, travelled: float) -> None:
@@ -114,7 +150,7 @@ def measure_growth(rays: GeodesicRays, snapshot: FrontSnapshot, travelled: float
     links.gap = snapshot.gap.copy()
 
 
-def thin(rays: GeodesicRays, snapshot: FrontSnapshot) -> GeodesicRays:
+def thin(rays: GeodesicRays, snapshot: FrontSnapshot) -> tuple[GeodesicRays, FrontSnapshot]:
     """Remove crowded rays of least priority, of which no two are neighbours.
 
     Parameters
@@ -125,7 +161,7 @@ def thin(rays: GeodesicRays, snapshot: FrontSnapshot) -> GeodesicRays:
 
     Returns
     -------
-    GeodesicRays
+    GeodesicRays, FrontSnapshot
         What is left; a removed ray had both neighbours within one spacing.
     """
     priority = rays.links.priority
@@ -135,10 +171,15 @@ def thin(rays: GeodesicRays, snapshot: FrontSnapshot) -> GeodesicRays:
     least = (priority <= priority_before) & (priority <= priority[snapshot.next])
     crowded = snapshot.linked & (snapshot.gap + before < snapshot.spacing) & least
     crowded &= ~(crowded[snapshot.next] & snapshot.linked)
-    return rays.without(crowded) if crowded.any() else rays
+    if not crowded.any():
+        return rays, snapshot
+    rays = rays.without(crowded)
+    return rays, snapshot.of_rest(rays, ~crowded)
 
 
-def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, distance: float) -> GeodesicRays:
+def fill_gaps(
+    frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRays, snapshot: FrontSnapshot, distance: float
+) -> GeodesicRays:
     """Start rays in gaps that have become too wide, and bring them up to the others.
 
     Parameters
@@ -146,6 +187,8 @@ def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRa
     frames : Unfolding
     tentative : TentativeDistances
     rays : GeodesicRays
+    snapshot : FrontSnapshot
+        Of these rays, at the distance.
     distance : float
         To which all have come.
 
@@ -154,7 +197,6 @@ def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRa
     GeodesicRays
     """
     for _ in range(_MAX_ROUNDS):
-        snapshot = FrontSnapshot(frames, rays, distance)
         gap, spacing = snapshot.gap, snapshot.spacing
         wide = np.flatnonzero(snapshot.linked & (gap > WIDE_GAP * spacing) & (gap < LOST_GAP * spacing))
         if len(wide) == 0:
@@ -171,7 +213,8 @@ def fill_gaps(frames: Unfolding, tentative: TentativeDistances, rays: GeodesicRa
         rays = rays.joined(new)
         offer_at_start(frames, tentative, new)
         advance(frames, tentative, rays, distance, first=number)
-        rays = rays.without(rays.stopped())
+        rays = rays.without(rays.stopped())  # of the new ones: the others have come so far already
+        snapshot = FrontSnapshot(frames, rays, distance, before=snapshot)
     return rays
 
 

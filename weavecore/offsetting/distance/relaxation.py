@@ -165,8 +165,7 @@ class _Relaxation:
             if len(better) == 0:
                 break
             changed[better] = True
-            start = self._offsets[better]
-            halfedges = self._order[ranges(start, self._offsets[better + 1] - start)]
+            halfedges = self._leaving(better)
         self._reach_the_rest(changed)
         return np.flatnonzero(changed)
 
@@ -213,12 +212,18 @@ class _Relaxation:
         bound = entry + length * sines_and_cosines(corner)[0] / sine
         return np.where(along_edge, offered, np.maximum(offered, bound)), enters
 
+    def _leaving(self, vertex: Ints) -> Ints:
+        """The halfedges that leave vertices."""
+        start = self._offsets[vertex]
+        halfedges: Ints = self._order[ranges(start, self._offsets[vertex + 1] - start)]
+        return halfedges
+
     def _reach_the_rest(self, changed: Bools) -> None:
         """Reach what is left along edges."""
         f = self.frames
+        h = np.arange(len(f.tail)) if np.isinf(self.distance).any() else np.zeros(0, np.int64)
         while True:
-            to_new = np.isfinite(self.distance[f.tail]) & np.isinf(self.distance[f.head])
-            h = np.flatnonzero(to_new)
+            h = h[np.isfinite(self.distance[f.tail[h]]) & np.isinf(self.distance[f.head[h]])]
             if len(h) == 0:
                 return
             np.minimum.at(self.distance, f.head[h], self.distance[f.tail[h]] + f.length[h])
@@ -226,6 +231,7 @@ class _Relaxation:
             inner = h[f.twin[h] != NO_TWIN]
             self.source_angle[f.head[inner]] = self.angle_of[f.twin[inner]]
             changed[f.head[inner]] = True
+            h = np.sort(self._leaving(np.unique(f.head[h])))
 
     def directions(self, vertex: Ints) -> Floats:
         """Unit vectors (n, 3) away from the sources that the vertices see; zero where they see none."""

@@ -203,7 +203,7 @@ def _repair_front(
     if len(rays):
         snapshot = FrontSnapshot(frames, rays, distance)
         measure_growth(rays, snapshot, STRIDE)
-        rays = fill_gaps(frames, tentative, thin(rays, snapshot), distance)
+        rays = fill_gaps(frames, tentative, *thin(rays, snapshot), distance)
     return _joined(frames, tentative, rays, unswept.rays_into(frames, tentative, distance), distance)
 
 

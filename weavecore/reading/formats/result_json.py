@@ -38,7 +38,7 @@ from weavecore.model import (
 )
 from weavecore.model.notes import NOTE_CODES
 from weavecore.model.rod_axes import tip_parameters
-from weavecore.reading.formats.result_part import ResultPart, damaged_result
+from weavecore.reading.formats.result_part import ResultPart, damaged_result, with_arrays
 
 FORMAT, VERSION = "weavecore", 1
 """What every result says of itself; `VERSION` rises when keys change their meaning."""
@@ -53,12 +53,15 @@ _TINY = float(np.finfo(float).tiny)
 _FROM_NODE = 1e-6
 """An axis may miss the points of its strand by this part of the size of the lattice: far above rounding in JSON."""
 
-_MEMORY_PER_BYTE = 27
-"""Memory that parsing takes for each byte of the file: a number of 18 characters becomes an object and its place in a
-list; 99 MB took 2.6 GB."""
+MOST_BYTES = 1_000_000_000
+"""Larger files are not looked at."""
 
-MOST_BYTES = 150_000_000
-"""Largest file that is read, in 4 GB of memory: a weave of some 50,000 nodes."""
+_BYTES_OF = {b"{": 300, b"[": 72, b",": 48, b'"': 30}
+"""Memory that an object, a list, an item and half a text take at most while the file is parsed, beside its bytes twice.
+Lists of numbers become arrays as soon as they end, which leaves less than that."""
+
+MOST_MEMORY = 4_000_000_000
+"""Bytes: a weave of 100,000 nodes on a surface of three million faces may take 2.7 GB, and does take 2 GB."""
 
 _ID = re.compile(r"[A-Za-z0-9_]{1,32}")
 """Ids stand in tables between blanks, and with ``-`` and a number in the names of pieces and splices."""
@@ -179,7 +182,7 @@ def take_result(values: object) -> Result:
 
 def _parse(data: bytes) -> Any:
     try:
-        return json.loads(data.decode("utf-8-sig"), parse_constant=_refuse_constant)
+        return json.loads(data.decode("utf-8-sig"), parse_constant=_refuse_constant, object_hook=with_arrays)
     except (ValueError, RecursionError) as error:
         detail = "too deep" if isinstance(error, RecursionError) else str(error)
         raise Unreadable(f"The file is not valid JSON: {detail}", remedy="The file is damaged: weave again.") from None
@@ -307,14 +310,21 @@ def _read_bytes(path: PathLike) -> bytes:
         raise Unreadable(
             f"{path} could not be read: {reason}", remedy="Check the path and file permissions."
         ) from error
-    if len(data) > MOST_BYTES:
-        size = file.stat().st_size
-        raise TooMuchWork(
-            f"{path} has {size / 1e6:.0f} MB, and would take about {_MEMORY_PER_BYTE * size / 1e9:.1f} GB of memory; "
-            f"the limit is {MOST_BYTES / 1e6:.0f} MB",
-            remedy="Weave with a larger spacing or longer edges, or from a coarser mesh.",
-        )
+    _check_work(path, data)
     return data
+
+
+def _check_work(path: PathLike, data: bytes) -> None:
+    """Refuse bytes that take too much memory to parse."""
+    memory = 2 * len(data) + sum(size * data.count(mark) for mark, size in _BYTES_OF.items())
+    if len(data) > MOST_BYTES:
+        size = Path(path).stat().st_size
+        what = f"{path} has {size / 1e6:.0f} MB, more than the limit of {MOST_BYTES / 1e6:.0f} MB"
+    elif memory > MOST_MEMORY:
+        what = f"{path} would take about {memory / 1e9:.1f} GB of memory, more than {MOST_MEMORY / 1e9:.1f} GB"
+    else:
+        return
+    raise TooMuchWork(what, remedy="Weave with a larger spacing or longer edges, or from a coarser mesh.")
 
 
 def _take_origins(surface: ResultPart, n_vertices: int) -> Origins:

@@ -6,6 +6,7 @@ or drawing can hold; the error names the field, such as ``strands[3].id``.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator, Sequence
 from typing import Any, Optional
@@ -25,6 +26,9 @@ _BEYOND = 1e100
 _WORDS = {"fiu": "a number", "iu": "a whole number", "b": "true or false"}
 """What the kinds of NumPy types are called in errors."""
 
+_LONG = 64
+"""Items of a list from which on it is kept as an array."""
+
 MOST_CHARACTERS = 10_000
 """Of a text: the longest that weavecore writes is a note of some hundred."""
 
@@ -43,6 +47,23 @@ def damaged_result(what: str) -> Unreadable:
         Without a full stop.
     """
     return Unreadable(what, remedy=_REMEDY)
+
+
+def with_arrays(values: dict[str, Any]) -> dict[str, Any]:
+    """A JSON object whose long lists of numbers are arrays: Python's numbers take ten times their memory.
+
+    Parameters
+    ----------
+    values : dict
+        Changed in place.
+    """
+    for key, value in values.items():
+        if isinstance(value, list) and len(value) >= _LONG and not isinstance(value[0], (str, dict)):
+            with contextlib.suppress(ValueError, OverflowError):  # of no one shape: checked when it is taken
+                array = np.asarray(value)
+                if array.dtype.kind in "fiub":
+                    values[key] = array
+    return values
 
 
 class ResultPart:
@@ -80,6 +101,8 @@ class ResultPart:
     def items(self, key: str) -> list[Any]:
         """A list, whatever it holds."""
         value = self._take(key)
+        if isinstance(value, np.ndarray):
+            value = value.tolist()
         if not isinstance(value, list):
             raise damaged_result(f"{self.path(key)} is not a list")
         return value
@@ -160,6 +183,10 @@ class ResultPart:
 
     def rows(self, key: str, count: int) -> tuple[Ints, Ints]:
         """A list of lists of indices below ``count`` as offsets and values."""
+        whole = self._take(key)
+        if isinstance(whole, np.ndarray) and whole.ndim == 2 and whole.shape[1]:
+            n_rows, n_values = whole.shape
+            return n_values * np.arange(n_rows + 1), self.indices(key, whole.shape, count).ravel()
         lists = self.items(key)
         if not all(isinstance(row, list) for row in lists):
             raise damaged_result(f"{self.path(key)} has an entry that is not a list")
