@@ -123,14 +123,16 @@ class BentRods:
         product with the second derivative.
         """
         start, stop, width = self.spans
+        places, derivatives = np.ascontiguousarray(self.points.T), np.ascontiguousarray(self.rows.derivatives.T)
+        shifts = None if grown is None else (np.ascontiguousarray(self.shift.T), self.shift_slopes.T.copy())
         curvatures = np.empty((_SAMPLES_PER_SPAN, len(spans)))
         for begin in each(range(0, len(spans), _SPANS_AT_ONCE)):
             part = slice(begin, begin + _SPANS_AT_ONCE)
             some = spans[part]
-            ends = start[some], stop[some], width[some]
-            slopes = slope_polynomials(self.points, self.rows.derivatives, *ends)
-            if grown is not None:
-                slopes += (grown[part] - 1.0) * slope_polynomials(self.shift, self.shift_slopes, *ends)
+            slopes = slope_polynomials(places, derivatives, start[some], stop[some], width[some])
+            if grown is not None and shifts is not None:
+                more = slope_polynomials(shifts[0], shifts[1], start[some], stop[some], width[some])
+                slopes += (grown[part] - 1.0) * more
             one, two, three = slopes
             turns = squares_of(np.stack([_cross(one, two), 2.0 * _cross(one, three), _cross(two, three)]))
             speeds = squares_of(slopes)
