@@ -273,12 +273,13 @@ def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) ->
     return start, stop, reach
 
 
-def slope_polynomials(points: Floats, derivatives: Floats, start: Ints, stop: Ints, width: Floats) -> Floats:
+def slope_polynomials(places: Floats, slopes: Floats, start: Ints, stop: Ints, width: Floats) -> Floats:
     """Derivatives of Hermite cubics by their parameter, as polynomials in t from 0 to 1.
 
     Parameters
     ----------
-    points, derivatives : (N, 3) float64
+    places, slopes : (3, N) float64
+        Points and derivatives by the parameter, with x, y and z in rows.
     start, stop : (n,) int64
         First and last point of each cubic.
     width : (n,) float64
@@ -289,7 +290,6 @@ def slope_polynomials(points: Floats, derivatives: Floats, start: Ints, stop: In
     (3, 3, n) float64
         Coefficients from degree 0 on, each with x, y and z in rows.
     """
-    places, slopes = np.ascontiguousarray(points.T), np.ascontiguousarray(derivatives.T)
     first, last = slopes[:, start], slopes[:, stop]
     mean = (places[:, stop] - places[:, start]) / width
     return np.stack([first, 6.0 * mean - 4.0 * first - 2.0 * last, 3.0 * (first + last) - 6.0 * mean])
@@ -472,7 +472,8 @@ def arc_stations(
     lengths : (R,) float64
     """
     start, stop, reach = span_ends(parameters, offsets, closed, ends)
-    square = squares_of(slope_polynomials(points, derivatives, start, stop, reach))
+    columns = np.ascontiguousarray(points.T), np.ascontiguousarray(derivatives.T)
+    square = squares_of(slope_polynomials(*columns, start, stop, reach))
     pieces = pieces_of(reach, step)
     part = np.cumsum(pieces) // _SAMPLES_AT_ONCE
     begins = np.flatnonzero(np.diff(part, prepend=-1))

@@ -62,6 +62,8 @@ _BISECTIONS, _NEWTON_STEPS = 10, 3
 """Halvings of the logarithm of the factor, which leave 1.4 % from a range of 1e6 to 1, and the steps that follow: each
 squares what is left, to a part of 1e-12 at the end."""
 
+_TINY = np.finfo(float).tiny
+
 _STRAIGHT = 1e-9
 """An axis whose curvature times its length is below this is straight."""
 
@@ -123,24 +125,26 @@ class BentRods:
         product with the second derivative.
         """
         start, stop, width = self.spans
-        curvatures = np.empty((_SAMPLES_PER_SPAN, len(spans)))
+        places, derivatives = np.ascontiguousarray(self.points.T), np.ascontiguousarray(self.rows.derivatives.T)
+        shifts = None if grown is None else (np.ascontiguousarray(self.shift.T), self.shift_slopes.T.copy())
+        squares = np.empty((_SAMPLES_PER_SPAN, len(spans)))
         for begin in each(range(0, len(spans), _SPANS_AT_ONCE)):
             part = slice(begin, begin + _SPANS_AT_ONCE)
             some = spans[part]
-            ends = start[some], stop[some], width[some]
-            slopes = slope_polynomials(self.points, self.rows.derivatives, *ends)
-            if grown is not None:
-                slopes += (grown[part] - 1.0) * slope_polynomials(self.shift, self.shift_slopes, *ends)
+            slopes = slope_polynomials(places, derivatives, start[some], stop[some], width[some])
+            if grown is not None and shifts is not None:
+                more = slope_polynomials(shifts[0], shifts[1], start[some], stop[some], width[some])
+                slopes += (grown[part] - 1.0) * more
             one, two, three = slopes
             turns = squares_of(np.stack([_cross(one, two), 2.0 * _cross(one, three), _cross(two, three)]))
             speeds = squares_of(slopes)
             for k in range(_SAMPLES_PER_SPAN):
                 t = k / _SAMPLES_PER_SPAN
-                speed = np.sqrt(np.maximum(polynomial_values(speeds, t), 0.0))
-                turn = np.sqrt(np.maximum(polynomial_values(turns, t), 0.0))
-                cube = speed * speed * speed * width[some]
-                curvatures[k, part] = np.divide(turn, cube, out=np.zeros_like(turn), where=cube > 0)
-        return curvatures
+                speed, turn = (np.maximum(polynomial_values(one, t), 0.0) for one in (speeds, turns))
+                cube = np.maximum(speed * speed * speed, _TINY)
+                squares[k, part] = np.where(speed > 0.0, turn / cube, 0.0)
+            squares[:, part] /= width[some] ** 2
+        return np.sqrt(squares)
 
     def halves_too_sharp(self, spans: Ints, factor: Floats) -> Bools:
         """Whether the halves (2, n) of some spans are bent too sharply when the diameters are ``factor`` (n,) times."""

@@ -2,15 +2,17 @@
 
 `find_clashes` takes all axes as straight pieces of half a diameter.  Runs of pieces that may come near each other are
 found in a k-d tree and divided again and again, down to single pieces: a run of parameter length h lies within
-h² max|r''| / 8 of its chord, so pairs whose chords are further apart are left out.  O(n log n) for n runs.
+h² max|r''| / 8 of its chord, so pairs whose chords are further apart are left out.  So are, before anything is divided,
+the runs of two rods that part from their joint, which nearly all others are.  O(n log n) for n runs.
 `gaps_at_joints` is finer and looks only at the two rods of each contact, near their joint: most cross at a fair angle,
 and their nearest places follow from two steps of Newton's method; the others are sampled.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Optional
+from typing import Optional, Union
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -32,8 +34,8 @@ from weavecore.polling import each
 from weavecore.tolerances import CLASH
 from weavecore.weaving.clash_work import LARGEST_RUN, PIECES_PER_DIAMETER
 
-_SIZES = (LARGEST_RUN, 16, 4, 1)
-"""Pieces of the runs that are compared, from the first round to the last."""
+_SIZES = (16, 4, 1)
+"""Pieces of the runs that are compared after the first round, in which they are about half an edge long."""
 
 _OWN_REACH = 4.0
 """Along one rod, places less than so many diameters apart are neighbours and do not clash."""
@@ -46,6 +48,8 @@ _REACH = 5.0
 
 _PIECES = 6
 """Each way from the joint a rod is taken for so many straight pieces, shorter ones near the joint."""
+
+_TINY = np.finfo(float).tiny
 
 _ROUNDING = 1e-9
 """Part by which the bound of a first look is larger, so that rounding leaves no pair out."""
@@ -106,7 +110,7 @@ def clashes_of(curves: CurveRows, closed: Bools, diameters: Floats, among: Optio
     n_rods = len(closed)
     cubics = _Cubics(curves, closed, diameters, np.ones(n_rods, bool) if among is None else _marked(among, n_rods))
     cubic = np.arange(len(cubics.strand))
-    runs = cubics.runs(cubic, np.zeros(len(cubic), np.int64), cubics.n_pieces, _SIZES[0])
+    runs = cubics.runs(cubic, np.zeros(len(cubic), np.int64), cubics.n_pieces, cubics.pieces_of_half())
     reach = diameters.max(initial=0.0) + 2.0 * (runs.half + runs.deviation).max(initial=0.0)
     pairs = cKDTree(runs.middle.T).query_pairs(reach, output_type="ndarray").astype(np.int64)
     pairs = np.concatenate([pairs, np.repeat(cubics.may_meet_themselves(runs), 2).reshape(-1, 2)])
@@ -114,7 +118,9 @@ def clashes_of(curves: CurveRows, closed: Bools, diameters: Floats, among: Optio
         owners = np.sort(cubics.strand[runs.cubic[pairs]], axis=1)
         pairs = pairs[np.isin(owners @ (n_rods, 1), among @ (n_rods, 1))]
     pairs = _near_pairs(cubics, runs, pairs)
-    for size in _SIZES[1:]:
+    parts, ends = _in_parts(pairs), cubics.ends(runs)
+    pairs = np.concatenate([part[~_part_from_ends(cubics, runs, ends, part)] for part in parts] or [pairs])
+    for size in _SIZES:
         runs, pairs = _split(cubics, runs, pairs, size)
         pairs = _near_pairs(cubics, runs, pairs)
     one, other = pairs.T
@@ -181,24 +187,32 @@ class _Cubics:
         # The parameter is the length of the chords: near enough to arc length.
         self._at, self._width = curves.parameters[start], width
         self._turn = np.where(closed, curves.ends, np.inf)[self.strand]
-        slopes = slope_polynomials(curves.points, curves.derivatives, start, stop, width)
+        places = np.ascontiguousarray(curves.points.T)
+        slopes = slope_polynomials(places, np.ascontiguousarray(curves.derivatives.T), start, stop, width)
         # Second derivatives are linear along a cubic, so they are greatest at its ends.
         square = np.maximum(squares_of(slopes[1:2])[0], squares_of(slopes[1:2] + 2.0 * slopes[2:])[0])
-        self._curvature = np.sqrt(square) / width
+        self.most_bend = np.sqrt(square) / width
         powers = np.arange(1.0, 4.0)[:, None, None]
-        self._places = np.concatenate([np.ascontiguousarray(curves.points.T)[None, :, start], slopes * width / powers])
+        self._places = np.concatenate([places[None, :, start], slopes * width / powers])
 
-    def runs(self, cubic: Ints, first: Ints, last: Ints, size: int) -> _Runs:
+    def pieces_of_half(self) -> Ints:
+        """(n,) pieces of each cubic that are as long as half of most of them, `LARGEST_RUN` at least."""
+        half = np.median(self._width) / 2.0 if len(self._width) else 1.0
+        pieces: Ints = np.ceil(half / self._width * self.n_pieces).astype(np.int64)
+        return np.maximum(pieces, LARGEST_RUN)
+
+    def runs(self, cubic: Ints, first: Ints, last: Ints, size: Union[int, Ints]) -> _Runs:
         """Divide runs of pieces into runs of ``size``, the last of each may be shorter."""
         counts = -(-(last - first) // size)
         owner = np.repeat(np.arange(len(cubic)), counts)
-        begin = first[owner] + size * ranks_in_rows(counts)
-        end = np.minimum(begin + size, last[owner])
+        sizes = np.full(len(cubic), size, np.int64)[owner]
+        begin: Ints = first[owner] + sizes * ranks_in_rows(counts)
+        end: Ints = np.minimum(begin + sizes, last[owner])
         cubic = cubic[owner]
         n, places = self.n_pieces[cubic], self._places[:, :, cubic]
         a, b = (polynomial_values(places, k / n) for k in (begin, end))
         # A curve lies within h²/8 max|r''| of its chord.
-        deviation = self._curvature[cubic] * ((end - begin) / n * self._width[cubic]) ** 2 / 8.0
+        deviation = self.most_bend[cubic] * ((end - begin) / n * self._width[cubic]) ** 2 / 8.0
         half = np.sqrt(squares_of((b - a)[None])[0]) / 2.0
         slack = np.where(end - begin == 1, 0.0, deviation)
         bound = slack + (1.0 - CLASH) / 2.0 * self.diameter[cubic]
@@ -216,22 +230,41 @@ class _Cubics:
         is_single = (runs.last - runs.first == 1)[pairs].all(1)
         apart = np.where(is_single, np.minimum(apart, self._turn[cubic[:, 0]] - apart), apart)
         near = apart < _OWN_REACH * self.diameter[cubic[:, 0]]
-        is_hardly_bent = self._curvature[cubic].max(1) * (end.max(1) - begin.min(1)) < _LITTLE_TURN
+        is_hardly_bent = self.most_bend[cubic].max(1) * (end.max(1) - begin.min(1)) < _LITTLE_TURN
         # Cubics of one rod that follow each other have numbers that do.
         is_hardly_bent &= np.abs(cubic[:, 0] - cubic[:, 1]) <= 1
         own: Bools = near | is_hardly_bent
         return own
 
     def may_meet_themselves(self, runs: _Runs) -> Ints:
-        """The runs that pieces of their own may clash with."""
-        every = np.arange(len(runs.half))
-        return every[~self.is_own(runs, np.stack([every, every], axis=1))]
+        """The runs that pieces of their own may clash with: those that are long, and turn much on their way."""
+        cubic = runs.cubic
+        length = self._width[cubic] / self.n_pieces[cubic] * (runs.last - runs.first - 1)
+        is_bent = self.most_bend[cubic] * length >= _LITTLE_TURN
+        return np.flatnonzero(is_bent & (length >= _OWN_REACH * self.diameter[cubic]))
+
+    def ends(self, runs: _Runs) -> tuple[Floats, Floats, Floats]:
+        """Both ends (2, 3, n) of runs, the tangents there into the runs, and their length (n,) by the parameter."""
+        cubic = runs.cubic
+        n, width = self.n_pieces[cubic], self._width[cubic]
+        powers = np.arange(1.0, 4.0)[:, None, None]
+        slopes = self._places[1:, :, cubic] * powers / width
+        tangents = polynomial_values(slopes, runs.first / n), -polynomial_values(slopes, runs.last / n)
+        return np.stack([runs.a, runs.b]), np.stack(tangents), (runs.last - runs.first) / n * width
+
+    def piece(self, cubic: Ints) -> Floats:
+        """Length of single pieces by the parameter."""
+        lengths: Floats = self._width[cubic] / self.n_pieces[cubic]
+        return lengths
 
 
 def _near_pairs(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
     """The pairs of runs that may have pieces nearer than rods may be, neighbours on one rod left out."""
-    parts = each(pairs[begin : begin + _PAIRS_AT_ONCE] for begin in range(0, len(pairs), _PAIRS_AT_ONCE))
-    return np.concatenate([_near_pairs_of(cubics, runs, part) for part in parts] or [pairs])
+    return np.concatenate([_near_pairs_of(cubics, runs, part) for part in _in_parts(pairs)] or [pairs])
+
+
+def _in_parts(pairs: Ints) -> Iterator[Ints]:
+    return each(pairs[begin : begin + _PAIRS_AT_ONCE] for begin in range(0, len(pairs), _PAIRS_AT_ONCE))
 
 
 def _near_pairs_of(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
@@ -245,6 +278,48 @@ def _near_pairs_of(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
     distance, _ = runs.distances(one, other)
     kept[kept] = distance < runs.bound[one] + runs.bound[other]
     return pairs[kept]
+
+
+def _part_from_ends(cubics: _Cubics, runs: _Runs, run_ends: tuple[Floats, Floats, Floats], pairs: Ints) -> Bools:
+    """Whether two runs are nowhere nearer than rods may be because they part from their ends that are nearest.
+
+    With D from one end to the other, u and v the tangents there, places s and t along the runs and m the greater of
+    these, the curves are at least ``|D + s u - t v| - K m² / 2`` apart, where K is the sum of the greatest second
+    derivatives.  The component of D that is normal to u and v stays, the others, η long, are overcome after η / k::
+
+        |D + s u - t v| ≥ √(δ² + max(k m - η, 0)²)        k m ≤ |s u - t v|
+
+    As a function of m² this rises first and then falls, so the two ends are enough.
+    """
+    ends, tangents, length = run_ends
+    one, other = pairs.T
+    square = [_squares(ends[i][:, one] - ends[j][:, other]) for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))]
+    i, j = np.divmod(np.argmin(square, axis=0), 2)
+    gap = ends[i, :, one].T - ends[j, :, other].T
+    u, v = tangents[i, :, one].T, tangents[j, :, other].T
+    uu, vv, uv = _squares(u), _squares(v), dots_of_columns(u, v)
+    across = np.stack([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
+    sine = _squares(across) / np.maximum(uu * vv, _TINY)
+    normal = dots_of_columns(gap, across) ** 2 / np.maximum(_squares(across), _TINY)
+    aside = np.maximum(_squares(gap) - normal, 0.0)
+    k = np.minimum(uu, vv) * np.where(uv > 0.0, sine, 1.0)
+    is_wide = sine > _LEAST_SINE**2
+    k = np.where(is_wide, k, 1.0)
+    bend = cubics.most_bend[runs.cubic[one]] + cubics.most_bend[runs.cubic[other]]
+    far, piece = (
+        np.maximum(length[one], length[other]),
+        np.maximum(*(cubics.piece(runs.cubic[x]) for x in (one, other))),
+    )
+    diameter = (cubics.diameter[runs.cubic[one]] + cubics.diameter[runs.cubic[other]]) / 2.0
+    # Straight pieces lie a little inside the curves.
+    least = (1.0 - CLASH) * diameter + bend * (piece**2 / 8.0 + aside / k)
+    stays = np.sqrt(normal) > least
+    parts: Bools = is_wide & stays & (np.sqrt(normal + k * far**2) - bend * far**2 > least)
+    return parts
+
+
+def _squares(vectors: Floats) -> Floats:
+    return dots_of_columns(vectors, vectors)
 
 
 def _may_be_near(runs: _Runs, one: Ints, other: Ints) -> Bools:

@@ -56,8 +56,8 @@ def find_strands(lattice: Lattice, cuts: Optional[Ints] = None, pairs: Optional[
     links = csr_matrix((np.ones(int(follows.sum()), np.int8), (dart[follows], follower[follows])), shape=(n, n))
     count, label = connected_components(links, directed=False)
     chain = label.astype(np.int64)
-    least = np.full(count, n)
-    np.minimum.at(least, chain, dart)
+    least = np.empty(count, np.int64)
+    least[chain[::-1]] = dart[::-1]
     # Each strand is found in both directions; the one that holds the lesser dart is kept.
     kept = least[chain] < least[chain[dart ^ 1]]
     is_open = np.zeros(count, bool)
@@ -105,10 +105,11 @@ def families_along(strands: Strands, lattice: Lattice) -> Ints:
 
 def _families(family: Ints, chain: Ints, count: int) -> Ints:
     """Family (count,) of each chain of darts: that of all of its edges, or longitudinal if there is more than one."""
-    least, most = np.full(count, POCKET), np.full(count, LATITUDINAL)
-    np.minimum.at(least, chain, family)
-    np.maximum.at(most, chain, family)
-    families: Ints = np.where(least == most, least, LONGITUDINAL)
+    families = np.full(count, POCKET)
+    families[chain] = family
+    has_several = np.zeros(count, bool)
+    has_several[chain[family != families[chain]]] = True
+    families[has_several] = LONGITUDINAL
     return families
 
 

@@ -44,7 +44,7 @@ from weavecore.weaving.bending import (
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
-from weavecore.weaving.naming import find_lean, name_strands
+from weavecore.weaving.naming import Slants, find_lean, find_slants, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, LEAST_SHARE, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
 from weavecore.weaving.strands import darts_at, families_along, find_strands, steps_along
@@ -206,6 +206,11 @@ class _Weaver:
         """The pairs of edges that rods may follow."""
         return find_dart_pairs(self.lattice)
 
+    @cached_property
+    def slants(self) -> Slants:
+        """How the edges slant."""
+        return find_slants(self.lattice)
+
     def bend(
         self,
         strands: Strands,
@@ -226,7 +231,7 @@ class _Weaver:
         if like is not None and strands is like.strands:
             lean, order = like.lean, like.order
         else:
-            lean = find_lean(strands, self.lattice)
+            lean = find_lean(strands, self.lattice, self.slants)
             order = order_rods(self.lattice, strands, lean, self.style)
         if counts_overhangs is None:
             counts_overhangs = np.zeros(len(order.joints.contacts), bool)
