@@ -123,9 +123,11 @@ def draw_sheets(views: Views, steps: Sequence[Step], ties: Ties, statement: str)
     yield _draw_views(views, [("plan", (0, 1))], statement, named=True)
     yield _draw_views(views, [("front", (0, 2)), ("side", (1, 2))], statement, named=False)
     per_sheet = _ACROSS * _DOWN
-    borders = _borders(views)
+    # Of all rods once: a sheet shows a few of them.
+    whole, borders = _isometric(views.samples.points), [_isometric(border) for border in _borders(views)]
+    low, size = whole.min(0), np.ptp(whole, axis=0)
     for first in each(range(0, len(steps), per_sheet)):
-        yield _draw_steps(views, borders, steps[first : first + per_sheet], ties, statement)
+        yield _draw_steps(views, (low, size), borders, steps[first : first + per_sheet], ties, statement)
 
 
 def _sheet(views: Views, title: str, statement: str) -> Drawing:
@@ -183,12 +185,18 @@ def _borders(views: Views) -> list[Floats]:
     return found
 
 
-def _draw_steps(views: Views, borders: Sequence[Floats], steps: Sequence[Step], ties: Ties, statement: str) -> Drawing:
-    """Draw some steps, each in a cell of its own."""
+def _draw_steps(
+    views: Views,
+    extent: tuple[Floats, Floats],
+    borders: Sequence[Floats],
+    steps: Sequence[Step],
+    ties: Ties,
+    statement: str,
+) -> Drawing:
+    """Draw some steps, each in a cell of its own; the isometric view of all has this lower left corner and size."""
     title = f"steps {steps[0].number} to {steps[-1].number}: borders in grey, what is set in red"
     sheet = _sheet(views, title, statement)
-    whole = _isometric(views.samples.points)
-    low, size = whole.min(0), np.ptp(whole, axis=0)
+    low, size = extent
     width = (sheet.width - 2 * _MARGIN) / _ACROSS
     height = (sheet.height - 2 * _MARGIN - _TITLE) / _DOWN
     above = (_TITLE_LINES + 1) * LINE_STEP
@@ -198,7 +206,7 @@ def _draw_steps(views: Views, borders: Sequence[Floats], steps: Sequence[Step], 
         x, top = _MARGIN + column * width, sheet.height - _MARGIN - _TITLE - row * height
         corner = np.array([x, top - height + LINE_STEP])
         for border in borders:
-            sheet.path((_isometric(border) - low) / scale + corner, BORDERS)
+            sheet.path((border - low) / scale + corner, BORDERS)
         sheet.path((_isometric(_stretch(views, step)) - low) / scale + corner, SET, width=BOLD)
         n_ties = int(sum(ties.count[joint] for joint in step.joints))
         sheet.text(x, top - LINE_STEP, f"{step.number}  {step.action} {step.piece.id}", TEXT_HEIGHT, TEXTS, bold=True)
