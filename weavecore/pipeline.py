@@ -31,7 +31,6 @@ from weavecore.model import (
 )
 from weavecore.polling import pollable
 from weavecore.units import check_length, millimetres_in
-from weavecore.weaving.strands import find_strands
 
 if TYPE_CHECKING:
     from weavecore.fabricating.workshop_folder import Fabrication, describe_fabrication
@@ -391,13 +390,19 @@ def export_together(
     """Write a stage's result to several files, of which none appears before all are complete; see `export`."""
     targets = list(paths)
     check_outputs(targets, overwrite=overwrite)
-    strands: Optional[Strands] = find_strands(value) if isinstance(value, Lattice) else None
+    strands = _strands_of(value) if isinstance(value, Lattice) else None
     contents: dict[PathLike, bytes] = {}
     for done, path in enumerate(targets):
         if progress:
             progress(done / len(targets), f"writing {Path(path).name}")
         contents[path] = encode(value, path, strands=strands, parameters=parameters)
     write_together(contents, overwrite=overwrite)
+
+
+def _strands_of(lattice: Lattice) -> Strands:
+    from weavecore.weaving.strands import find_strands
+
+    return find_strands(lattice)
 
 
 def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False, inputs: Iterable[PathLike] = ()) -> None:
@@ -527,7 +532,6 @@ def fabricate(
     from weavecore.fabricating.work import check_work
     from weavecore.fabricating.workshop_folder import NAMES, Fabrication, check_libraries, fabricate_weave
     from weavecore.reading.formats.result_json import read_weave_or_equilibrium
-    from weavecore.weaving.overhangs import with_overhangs
     from weavecore.weaving.sequence import find_sequence
 
     tell = progress or (lambda _fraction, _label: None)
@@ -551,6 +555,8 @@ def fabricate(
     check_work(weave, scale=scale, stock=shop.stock)
     source = Source.of(weave, content)
     if overhang is not None:
+        from weavecore.weaving.overhangs import with_overhangs
+
         weave = with_overhangs(weave, overhang / scale)
     made = fabricate_weave(
         weave,
@@ -579,7 +585,7 @@ def describe(value: Union[StageValue, Replay]) -> list[tuple[str, str]]:
     if isinstance(value, Latitudes):
         return describe(value.surface) + summary.describe_latitudes(value)
     if isinstance(value, Lattice):
-        return describe(value.latitudes) + summary.describe_lattice(value, find_strands(value))
+        return describe(value.latitudes) + summary.describe_lattice(value, _strands_of(value))
     if isinstance(value, Replay):
         return summary.describe_replay(value)
     if isinstance(value, Equilibrium):
@@ -602,7 +608,7 @@ def _page_of(product: Product) -> bytes:
     sequence = None if product.weave is None else find_sequence(product.weave, spread=spread)
     strands = product.strands
     if strands is None and product.lattice is not None:
-        strands = find_strands(product.lattice)
+        strands = _strands_of(product.lattice)
     return encode_page(product.value, strands=strands, sequence=sequence)
 
 

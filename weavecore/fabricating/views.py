@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -103,6 +104,12 @@ class Views:
         width, height = PAPERS[self.paper]
         return np.array([width - 2 * _MARGIN, height - 2 * _MARGIN - _TITLE])
 
+    @cached_property
+    def extent(self) -> tuple[Floats, Floats]:
+        """Lower left corner (2,) and size (2,) of all rods in the isometric view."""
+        whole = _isometric(self.samples.points)
+        return whole.min(0), np.ptp(whole, axis=0)
+
     def rod(self, k: int) -> Floats:
         """(n, 3) the points along a rod."""
         points: Floats = self.samples.points[self.samples.offsets[k] : self.samples.offsets[k + 1]]
@@ -129,7 +136,7 @@ def draw_sheets(views: Views, steps: Sequence[Step], ties: Ties, statement: str)
     yield plan
     yield _draw_views(views, {"front": (0, 2), "side": (1, 2)}, statement, named=False)
     per_sheet = _ACROSS * _DOWN
-    borders = _borders(views)
+    borders = [_isometric(border) for border in _borders(views)]
     for first in each(range(0, len(steps), per_sheet)):
         yield _draw_steps(views, borders, steps[first : first + per_sheet], ties, statement, plan.scale)
 
@@ -226,8 +233,7 @@ def _draw_steps(
     """Draw some steps, each in a cell of its own."""
     title = f"steps {steps[0].number} to {steps[-1].number}: borders in grey, what is set in red"
     sheet = _sheet(views, title, statement, sheet_scale)
-    whole = _isometric(views.samples.points)
-    low, size = whole.min(0), np.ptp(whole, axis=0)
+    low, size = views.extent
     width, height = (views.room / [_ACROSS, _DOWN]).tolist()
     above = (_TITLE_LINES + 1) * LINE_STEP
     scale = max(size[0] / (0.92 * width), size[1] / (height - above - LINE_STEP), np.finfo(float).tiny)
@@ -236,7 +242,7 @@ def _draw_steps(
         x, top = _MARGIN + column * width, sheet.height - _MARGIN - _TITLE - row * height
         corner = np.array([x, top - height + LINE_STEP])
         for border in borders:
-            sheet.path((_isometric(border) - low) / scale + corner, BORDERS)
+            sheet.path((border - low) / scale + corner, BORDERS)
         sheet.path((_isometric(_stretch(views, step)) - low) / scale + corner, SET, width=BOLD)
         n_ties = int(sum(ties.count[joint] for joint in step.joints))
         sheet.text(x, top - LINE_STEP, f"{step.number}  {step.action} {step.piece.id}", TEXT_HEIGHT, TEXTS, bold=True)
