@@ -24,6 +24,8 @@ from typing import Any, Callable
 import typer.main
 
 from weavecore import cli, files, pipeline
+from weavecore.fabricating import workshop_folder
+from weavecore.reading.formats import result_json
 
 FAULTS = {
     "EIO": lambda: _fail(errno.EIO),
@@ -129,18 +131,14 @@ def keep_results() -> None:
 
         return call
 
-    names = (
-        "read_surface",
-        "offset",
-        "link",
-        "weave",
-        "encode",
-        "read_weave_or_equilibrium",
-        "fabricate_weave",
-        "describe",
-    )
-    for name in names:
-        setattr(pipeline, name, once(name, getattr(pipeline, name)))
+    names = {
+        pipeline: ("read_surface", "offset", "link", "weave", "encode", "describe"),
+        result_json: ("read_weave_or_equilibrium",),
+        workshop_folder: ("fabricate_weave",),
+    }
+    for module, functions in names.items():
+        for name in functions:
+            setattr(module, name, once(name, getattr(module, name)))
 
 
 def arguments_of(command: str) -> list[str]:
@@ -231,9 +229,9 @@ def new_outputs(command: str) -> list[Any]:
     assert (status, said) == (0, ""), said
     if command == "weave":
         return state_of(command)
-    made = pipeline.fabricate_weave()
+    made = workshop_folder.fabricate_weave()
     few = type(made)({name: made.files[name] for name in sorted(made.files)[:2]}, made.checks)
-    pipeline.fabricate_weave = lambda *_a, **_o: few
+    workshop_folder.fabricate_weave = lambda *_a, **_o: few
     pipeline.describe_fabrication = lambda _made: []
     put(command, [None])
     run(command)

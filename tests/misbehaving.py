@@ -5,13 +5,16 @@ from __future__ import annotations
 import ctypes
 import os
 import pickle
+import signal
 import stat
 import struct
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from weavecore import polling
 from weavecore.errors import NonManifold
 from weavecore.units import Length
 
@@ -129,3 +132,20 @@ def chatter(*, progress: Any) -> None:
 def eat(*, progress: Any) -> int:
     eaten = [bytearray(64 * 2**20) for _ in range(200)]
     return len(eaten)
+
+
+def open_files(*, progress: Any) -> list[str]:
+    """What the descriptors beyond the three standard ones lead to."""
+    places = sorted(Path("/proc/self/fd").iterdir(), key=lambda place: int(place.name))
+    return [place.readlink().name.split(":")[0] for place in places[3:] if place.exists() or place.is_fifo()]
+
+
+def handlers(*, progress: Any) -> list[bool]:
+    """Whether the signals that ask a process to end, end it."""
+    return [signal.getsignal(number) is signal.SIG_DFL for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGALRM)]
+
+
+def poll_long(*, progress: Any) -> str:
+    time.sleep(2 * polling.INTERVAL)
+    polling.poll()
+    return "polled"

@@ -31,6 +31,7 @@ from weavecore.commands.view import view
 from weavecore.commands.weave import weave
 from weavecore.errors import NotWritten, WeaveError
 from weavecore.texts import printable
+from weavecore.threads import THREAD_VARIABLES
 
 REFUSED = 1
 """Exit status where weavecore raised an error of its own."""
@@ -90,6 +91,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
         if isinstance(stream, io.TextIOWrapper):  # A name or sign that the terminal lacks must not end the work.
             stream.reconfigure(errors="replace")
     _raise_on_signals()
+    for name in THREAD_VARIABLES:
+        os.environ.setdefault(name, "1")
     try:
         with _one_line_errors():
             try:

@@ -1,8 +1,12 @@
-"""The public verbs, and the only place where the stages are chained."""
+"""The public verbs, and the only place where the stages are chained.
+
+A stage that most commands do without is imported where it is called: loading all takes longer than a small weave.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Optional, Union
@@ -10,23 +14,11 @@ from typing import TYPE_CHECKING, Any, Callable, Optional, Union
 import numpy as np
 
 from weavecore.errors import Doubtful, Unsupported
-from weavecore.exporting.marks_file import encode_marks
 from weavecore.exporting.product import Product, StageValue
 from weavecore.exporting.registry import encode, register_writer, writer_for
-from weavecore.fabricating.csv_tables import Source
-from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
 from weavecore.fabricating.tie_strength import DEFAULT_TIE
-from weavecore.fabricating.work import check_work as check_fabrication
 from weavecore.fabricating.workshop import Workshop
-from weavecore.fabricating.workshop_folder import (
-    NAMES,
-    Fabrication,
-    check_libraries,
-    describe_fabrication,
-    fabricate_weave,
-)
 from weavecore.files import PathLike, check_folder, check_targets, write_folder, write_together, write_whole
-from weavecore.linking.link import link_pattern, spacing_for_edges
 from weavecore.model import (
     Equilibrium,
     Latitudes,
@@ -37,45 +29,25 @@ from weavecore.model import (
     SurfaceMesh,
     Weave,
 )
-from weavecore.model.lattice_fit import note_far_edges, note_inverted_faces, note_short_edges
-from weavecore.offsetting.graded_spacing import FactorAtPoint, grade_spacing, spacing_field
-from weavecore.offsetting.level_sets import offset_levels
-from weavecore.offsetting.passing_sheets import note_crossings
-from weavecore.offsetting.propagation.method import offset_fronts
-from weavecore.offsetting.sources import start_at
-from weavecore.offsetting.spacing import Spacing, suggest_spacing
 from weavecore.polling import pollable
-from weavecore.reading import (
-    FileReport,
-    curves_from,
-    inspect_file,
-    read_curves,
-    read_places,
-    read_result,
-    read_surface,
-    surface_from,
-)
-from weavecore.reading.formats.result_json import read_weave_or_equilibrium
-from weavecore.reading.pieces import fill_specks
-from weavecore.reading.thickness import note_thickness
 from weavecore.units import check_length, millimetres_in
-from weavecore.validating import validate
-from weavecore.viewing.page.html_page import encode_page
-from weavecore.viewing.picture import encode_picture
-from weavecore.viewing.summary import (
-    describe_equilibrium,
-    describe_latitudes,
-    describe_lattice,
-    describe_replay,
-    describe_surface,
-    describe_weave,
-)
-from weavecore.weaving.overhangs import with_overhangs
-from weavecore.weaving.sequence import find_sequence
-from weavecore.weaving.strands import find_strands
-from weavecore.weaving.weave import weave_lattice
 
 if TYPE_CHECKING:
+    from weavecore.fabricating.workshop_folder import Fabrication, describe_fabrication
+    from weavecore.linking.link import spacing_for_edges
+    from weavecore.offsetting.graded_spacing import FactorAtPoint
+    from weavecore.offsetting.sources import start_at
+    from weavecore.offsetting.spacing import Spacing, suggest_spacing
+    from weavecore.reading import (
+        FileReport,
+        curves_from,
+        inspect_file,
+        read_curves,
+        read_places,
+        read_result,
+        read_surface,
+        surface_from,
+    )
     from weavecore.structural_analysis import (
         check_equilibrium_folder,
         compensate,
@@ -85,6 +57,7 @@ if TYPE_CHECKING:
         write_handover,
         write_replay,
     )
+    from weavecore.validating import validate
 
 __all__ = [
     "Workshop",
@@ -117,32 +90,62 @@ __all__ = [
     "write_replay",
 ]
 
-_STRUCTURAL = (
-    "check_equilibrium_folder",
-    "compensate",
-    "replay",
-    "simulate",
-    "write_equilibrium_tables",
-    "write_handover",
-    "write_replay",
-)
+_ELSEWHERE = {
+    "weavecore.fabricating.workshop_folder": ("describe_fabrication",),
+    "weavecore.linking.link": ("spacing_for_edges",),
+    "weavecore.offsetting.sources": ("start_at",),
+    "weavecore.offsetting.spacing": ("suggest_spacing",),
+    "weavecore.reading": (
+        "curves_from",
+        "inspect_file",
+        "read_curves",
+        "read_places",
+        "read_result",
+        "read_surface",
+        "surface_from",
+    ),
+    "weavecore.structural_analysis": (
+        "check_equilibrium_folder",
+        "compensate",
+        "replay",
+        "simulate",
+        "write_equilibrium_tables",
+        "write_handover",
+        "write_replay",
+    ),
+    "weavecore.validating": ("validate",),
+}
+"""Verbs that are imported when they are asked for, by the module that has them."""
 
 Progress = Callable[[float, str], None]
 """Called with what is done, from 0 to 1, and a label; raising in it cancels the work."""
 
-METHODS: dict[str, Callable[..., Latitudes]] = {"levels": offset_levels, "fronts": offset_fronts}
 PICTURE, PAGE = ".png", ".html"
 WOVEN = "woven.3dm"
 
 
 def __getattr__(name: str) -> Any:
-    """Import the structural stage when it is asked for: most commands do without it and what it needs of SciPy."""
-    if name not in _STRUCTURAL:
+    """Import a verb from elsewhere when it is asked for."""
+    home = next((module for module, names in _ELSEWHERE.items() if name in names), None)
+    if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from weavecore import structural_analysis
-
-    value = globals()[name] = getattr(structural_analysis, name)
+    value = globals()[name] = getattr(import_module(home), name)
     return value
+
+
+def _offset_levels(surface: SurfaceMesh, **options: Any) -> Latitudes:
+    from weavecore.offsetting.level_sets import offset_levels
+
+    return offset_levels(surface, **options)
+
+
+def _offset_fronts(surface: SurfaceMesh, **options: Any) -> Latitudes:
+    from weavecore.offsetting.propagation.method import offset_fronts
+
+    return offset_fronts(surface, **options)
+
+
+METHODS: dict[str, Callable[..., Latitudes]] = {"levels": _offset_levels, "fronts": _offset_fronts}
 
 
 @pollable
@@ -191,6 +194,14 @@ def offset(
     ------
     SpacingTooLarge, TooMuchWork, Unsupported, BadIndex, BadCurve
     """
+    from weavecore.offsetting.graded_spacing import grade_spacing, spacing_field
+    from weavecore.offsetting.passing_sheets import note_crossings
+    from weavecore.offsetting.sources import start_at
+    from weavecore.offsetting.spacing import suggest_spacing
+    from weavecore.reading import curves_from
+    from weavecore.reading.pieces import fill_specks
+    from weavecore.reading.thickness import note_thickness
+
     if method not in METHODS:
         raise Unsupported(f"Unknown method {method!r}", remedy=f"Take one of: {', '.join(METHODS)}.")
     points = None if curves is None else curves_from(curves, tolerance=surface.tolerance)
@@ -262,6 +273,9 @@ def link(
     ------
     TooMuchWork, Unsupported
     """
+    from weavecore.linking.link import link_pattern
+    from weavecore.model.lattice_fit import note_far_edges, note_inverted_faces, note_short_edges
+
     check_length(edge_length, "An edge length")
     lattice = link_pattern(
         latitudes, edge_length=edge_length, pattern=pattern, free_rings=free_rings, progress=progress
@@ -306,6 +320,8 @@ def weave(
     ------
     Unsupported
     """
+    from weavecore.weaving.weave import weave_lattice
+
     asked = list(rod_diameter.values()) if isinstance(rod_diameter, Mapping) else [rod_diameter]
     for diameter in (*asked, *(stock or ())):
         check_length(diameter, "A rod diameter")
@@ -327,6 +343,8 @@ def read_rods(path: PathLike) -> Weave:
     Unsupported
         Where the file has no weave.
     """
+    from weavecore.reading.formats.result_json import read_weave_or_equilibrium
+
     value, _ = read_weave_or_equilibrium(path)
     return value.weave if isinstance(value, Equilibrium) else value
 
@@ -372,13 +390,19 @@ def export_together(
     """Write a stage's result to several files, of which none appears before all are complete; see `export`."""
     targets = list(paths)
     check_outputs(targets, overwrite=overwrite)
-    strands: Optional[Strands] = find_strands(value) if isinstance(value, Lattice) else None
+    strands = _strands_of(value) if isinstance(value, Lattice) else None
     contents: dict[PathLike, bytes] = {}
     for done, path in enumerate(targets):
         if progress:
             progress(done / len(targets), f"writing {Path(path).name}")
         contents[path] = encode(value, path, strands=strands, parameters=parameters)
     write_together(contents, overwrite=overwrite)
+
+
+def _strands_of(lattice: Lattice) -> Strands:
+    from weavecore.weaving.strands import find_strands
+
+    return find_strands(lattice)
 
 
 def check_outputs(paths: Iterable[PathLike], *, overwrite: bool = False, inputs: Iterable[PathLike] = ()) -> None:
@@ -413,6 +437,8 @@ def write_marks(
     ------
     OutputExists, NotWritten
     """
+    from weavecore.exporting.marks_file import encode_marks
+
     marks = [mark for one in report.objects for mark in one.marks]
     check_targets([path], overwrite=overwrite, inputs=inputs)
     write_whole(path, encode_marks(marks, unit=report.unit, tolerance=report.tolerance), overwrite=overwrite)
@@ -447,6 +473,8 @@ def draw_picture(
     """
     if Path(path).suffix.lower() != PICTURE:
         raise Unsupported(f"{path} has no ending of a picture", remedy=f"End the name with {PICTURE}.")
+    from weavecore.viewing.picture import encode_picture
+
     check_targets([path], overwrite=overwrite)
     write_whole(path, encode_picture(value, size=size, view=view), overwrite=overwrite)
 
@@ -499,6 +527,13 @@ def fabricate(
     ------
     Unsupported, TooMuchWork, OutputExists, NotWritten, and what `read_result` raises
     """
+    from weavecore.fabricating.csv_tables import Source
+    from weavecore.fabricating.equilibrium_tables import EQUILIBRIUM_FILES, build_equilibrium_tables
+    from weavecore.fabricating.work import check_work
+    from weavecore.fabricating.workshop_folder import NAMES, Fabrication, check_libraries, fabricate_weave
+    from weavecore.reading.formats.result_json import read_weave_or_equilibrium
+    from weavecore.weaving.sequence import find_sequence
+
     tell = progress or (lambda _fraction, _label: None)
     shop = workshop or Workshop()
     names = [*NAMES, *EQUILIBRIUM_FILES, WOVEN]
@@ -517,9 +552,11 @@ def fabricate(
 
         at_rest = simulation_of(weave, value if simulation is None else simulation)
     scale = millimetres_in(weave.lattice.latitudes.surface.unit, unit)
-    check_fabrication(weave, scale=scale, stock=shop.stock)
+    check_work(weave, scale=scale, stock=shop.stock)
     source = Source.of(weave, content)
     if overhang is not None:
+        from weavecore.weaving.overhangs import with_overhangs
+
         weave = with_overhangs(weave, overhang / scale)
     made = fabricate_weave(
         weave,
@@ -541,29 +578,37 @@ def fabricate(
 
 def describe(value: Union[StageValue, Replay]) -> list[tuple[str, str]]:
     """A stage's result and those before it in a few lines: pairs of a label and a text."""
+    from weavecore.viewing import summary
+
     if isinstance(value, SurfaceMesh):
-        return describe_surface(value)
+        return summary.describe_surface(value)
     if isinstance(value, Latitudes):
-        return describe(value.surface) + describe_latitudes(value)
+        return describe(value.surface) + summary.describe_latitudes(value)
     if isinstance(value, Lattice):
-        return describe(value.latitudes) + describe_lattice(value, find_strands(value))
+        return describe(value.latitudes) + summary.describe_lattice(value, _strands_of(value))
     if isinstance(value, Replay):
-        return describe_replay(value)
+        return summary.describe_replay(value)
     if isinstance(value, Equilibrium):
-        return describe(value.weave) + describe_equilibrium(value)
-    return describe(value.lattice.latitudes) + describe_lattice(value.lattice, value.strands) + describe_weave(value)
+        return describe(value.weave) + summary.describe_equilibrium(value)
+    of_lattice = summary.describe_lattice(value.lattice, value.strands)
+    return describe(value.lattice.latitudes) + of_lattice + summary.describe_weave(value)
 
 
 def _picture_of(product: Product) -> bytes:
+    from weavecore.viewing.picture import encode_picture
+
     return encode_picture(product.value)
 
 
 def _page_of(product: Product) -> bytes:
+    from weavecore.viewing.page.html_page import encode_page
+    from weavecore.weaving.sequence import find_sequence
+
     spread = product.equilibrium.spread if product.equilibrium else ()
     sequence = None if product.weave is None else find_sequence(product.weave, spread=spread)
     strands = product.strands
     if strands is None and product.lattice is not None:
-        strands = find_strands(product.lattice)
+        strands = _strands_of(product.lattice)
     return encode_page(product.value, strands=strands, sequence=sequence)
 
 

@@ -16,6 +16,7 @@ from fabricated import table
 from weavecore import pipeline
 from weavecore.errors import NotWritten, OutputExists, Unreadable, Unsupported
 from weavecore.exporting.registry import encode
+from weavecore.fabricating import workshop_folder
 from weavecore.fabricating.workshop_folder import Fabrication
 from woven_rods import woven_tube
 
@@ -186,7 +187,7 @@ def test_the_verb_tells_its_progress_and_can_be_cancelled(folder: Path) -> None:
 def test_errors_come_before_the_work(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("out").mkdir()
     (Path("out") / "bom.csv").write_text("")
-    monkeypatch.setattr(pipeline, "fabricate_weave", None)
+    monkeypatch.setattr(workshop_folder, "fabricate_weave", None)
     with pytest.raises(OutputExists):
         wc.fabricate(woven_tube("quad"), "out")
     with pytest.raises(NotWritten):

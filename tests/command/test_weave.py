@@ -16,6 +16,7 @@ from weavecore import pipeline
 from weavecore.cli import app
 from weavecore.commands import time_limit
 from weavecore.linking.link import PATTERN_NAMES
+from weavecore.viewing import picture
 from woven_tube import COLUMNS, tube_latitudes, tube_surface
 
 Run = Callable[..., Any]
@@ -182,7 +183,7 @@ def test_nothing_is_written_where_one_output_fails(run: Run, folder: Path, monke
     def fail(*_a: object, **_k: object) -> bytes:
         raise MemoryError
 
-    monkeypatch.setattr(pipeline, "encode_picture", fail)
+    monkeypatch.setattr(picture, "encode_picture", fail)
     ended = run("weave", "tube.3dm", "--json", "w.json", "--picture", "w.png", "--spacing", "1")
     assert ended.status == 1
     assert ended.err.startswith("weavecore: TOO_MUCH_WORK: ")

@@ -27,6 +27,8 @@ from weavecore.fabricating.marks import mark_pieces
 from weavecore.fabricating.plan import plan_rods
 from weavecore.fabricating.splices import cut_rods
 from weavecore.fabricating.templates import ROW, sections_of, spread_labels, strips_of
+from weavecore.fabricating.ties import find_ties
+from weavecore.fabricating.views import Views, draw_sheets
 from weavecore.fabricating.workshop import PAPERS, Workshop
 from weavecore.fabricating.workshop_folder import Fabrication
 from woven_rods import woven_sample, woven_tube
@@ -190,6 +192,35 @@ def test_drawings_show_plan_and_elevations_to_scale_and_every_step() -> None:
     root = ET.fromstring(folder().files["drawings.svg"])
     drawn = [one for group in root.iter(f"{SVG}g") if group.get("id") == "SET" for one in group.iter(f"{SVG}polyline")]
     assert len(drawn) == len(steps)
+
+
+@pytest.mark.parametrize("name", [SHELL, "narrow_neck"])
+def test_views_fill_their_sheets_and_neither_leave_them_nor_overlap(name: str) -> None:
+    plan = plan_rods(woven_sample(name, "triangular"), 1.0)
+    views, n = Views.of(plan, "A3"), len(plan.ids)
+    for sheet, k in zip(draw_sheets(views, [], find_ties(plan), ""), (1, 2)):
+        drawn = [np.concatenate([path.points for path in sheet.paths[a : a + n]]) for a in range(0, k * n, n)]
+        low, high = np.array([one.min(axis=0) for one in drawn]), np.array([one.max(axis=0) for one in drawn])
+        size = np.ptp(views.samples.points, axis=0)
+        assert np.allclose((high - low)[0] * sheet.scale, size[[0, k]], rtol=1e-9)
+        assert (low >= 0).all()
+        assert (high <= [sheet.width, sheet.height]).all()
+        assert k == 1 or ((low[0] > high[1]) | (low[1] > high[0])).any()
+        # The largest step between usual scales is 2.5 times, and one view below another has half the height.
+        room = np.array([sheet.width, sheet.height])
+        assert ((high - low) / room).max() >= 0.3
+
+
+@pytest.mark.parametrize("name", [SHELL, "narrow_neck", "six_way_joint"])
+def test_names_in_the_plan_hardly_cover_each_other(name: str) -> None:
+    plan = plan_rods(woven_sample(name, "triangular"), 1.0)
+    sheet = next(draw_sheets(Views.of(plan, "A3"), [], find_ties(plan), ""))
+    names = [text for text in sheet.texts if text.text in plan.ids]
+    places = np.array([(text.x, text.y) for text in names])
+    apart = abs(places[:, None] - places)
+    covers = (apart[..., 0] < 2.5) & (apart[..., 1] < names[0].height)
+    assert len(names) == len(plan.ids)
+    assert covers.sum() - len(names) <= 0.1 * len(names)
 
 
 def test_sections_on_the_pages_have_every_mark_once() -> None:

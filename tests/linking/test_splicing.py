@@ -31,7 +31,8 @@ def test_a_strip_with_bad_faces_stays_a_strip(seed: int) -> None:
     if any(len(set(sides)) < len(sides) for sides in map(directed_sides, (strips, filled))):
         pytest.skip("one of the two joins two nodes twice")
     bad = draw.random(len(strips.corners)) < 0.3
-    sides = directed_sides(splice(strips, bad, filled, np.sort(np.array(rings), axis=1)))
+    faces, _ = splice(strips, bad, filled, np.sort(np.array(rings), axis=1), np.zeros(0, np.int64))
+    sides = directed_sides(faces)
     assert len(set(sides)) == len(sides) == 3 * (n + m)
     naked = {(a, b) for a, b in sides if (b, a) not in set(sides)}
     assert naked == {(i, (i + 1) % n) for i in range(n)} | {(n + (k + 1) % m, n + k) for k in range(m)}

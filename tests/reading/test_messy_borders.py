@@ -30,6 +30,16 @@ def dome(n=12, size=100.0):
     return vertices, triangles(quads)
 
 
+def seam(left: int, right: int, gap: float, rise: float):
+    """Two halves of a sheet of 10 by 10, arched along their seam, which they divide into so many edges each."""
+    halves = []
+    for n, start in ((left, 0.0), (right, 5.0 + gap)):
+        vertices, quads = grid(4, n)
+        x, y = vertices[:, 0] * 1.25 + start, vertices[:, 1] * 10.0 / n
+        halves.append((np.column_stack([x, y, rise * np.sin(np.pi * y / 10)]), triangles(quads)))
+    return together(*halves)
+
+
 class TestNearVertices:
     def test_a_soup_whose_last_digits_differ_becomes_one_piece(self):
         vertices, faces = loose(*dome())
@@ -66,6 +76,25 @@ class TestNearVertices:
     )
     def test_other_borders_are_no_seams(self, name):
         assert "GAP" not in codes(surface_from_arrays(*TOUGH[name](3)))
+
+    @pytest.mark.parametrize("gap", [0.0002, 0.002, 0.005, 0.01])
+    @pytest.mark.parametrize("rise", [0.0, 2.0])
+    def test_sides_divided_differently_that_stay_apart_are_doubted(self, gap, rise):
+        surface = surface_from_arrays(*seam(17, 29, gap, rise))
+        assert len(surface.borders) == 1 or noted(surface, "GAP").is_doubt
+
+    def test_a_seam_that_closed_in_part_is_doubted_with_the_weld_that_closes_it(self):
+        both = seam(17, 29, 0.005, 2.0)
+        surface = surface_from_arrays(*both)
+        assert len(surface.borders) == 3
+        weld = 1.01 * dict(noted(surface, "GAP").numbers)["gap"]
+        assert len(repair(RawMesh(*both), options=RepairOptions(weld=weld)).borders) == 1
+
+    def test_borders_that_touch_at_split_vertices_are_no_seams(self):
+        vertices, quads = grid(12, 12)
+        is_chequered = (np.arange(144) // 12 + np.arange(144) % 12) % 2 == 0
+        found = codes(surface_from_arrays(vertices, triangles(quads[is_chequered])))
+        assert ("SPLIT" in found, "GAP" in found) == (True, False)
 
     def test_a_weld_that_crowds_an_edge_is_undone(self):
         vertices, quads = grid(6, 1)

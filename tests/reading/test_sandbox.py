@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,23 @@ from weavecore.units import Length
 posix = pytest.mark.skipif(sys.platform == "win32", reason="the platform sets no limits on memory and processor time")
 
 
+@pytest.fixture(autouse=True)
+def new_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The child is a new process, whatever the threads of this one."""
+    monkeypatch.setattr(sandbox, "can_fork", lambda: False)
+
+
+@pytest.fixture(params=["new", "copy"])
+def either(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, new_process: None) -> None:
+    """The child is a new process, or a copy of this one."""
+    if request.param == "copy":
+        if sys.platform != "linux":
+            pytest.skip("processes are copied on Linux only")
+        monkeypatch.setattr(sandbox, "can_fork", lambda: True)
+        warnings.filterwarnings("ignore", "This process .* is multi-threaded", DeprecationWarning)
+
+
+@pytest.mark.usefixtures("either")
 def test_the_result_and_the_progress_are_handed_over():
     told: list[tuple[float, str]] = []
     result = call_guarded(misbehaving.well, 5, progress=lambda *what: told.append(what))
@@ -31,6 +49,7 @@ def test_the_result_and_the_progress_are_handed_over():
     assert told == [(0.5, "half"), (1.0, "done")]
 
 
+@pytest.mark.usefixtures("either")
 def test_reading_is_left_when_progress_raises_while_the_child_works():
     @pollable
     def read(*, progress):
@@ -47,6 +66,7 @@ def test_reading_is_left_when_progress_raises_while_the_child_works():
         read(progress=progress)
 
 
+@pytest.mark.usefixtures("either")
 def test_what_libraries_print_does_not_disturb():
     assert call_guarded(misbehaving.noisily) == "heard"
 
@@ -56,6 +76,7 @@ def test_what_is_printed_before_the_first_message_does_not_disturb(monkeypatch):
     assert call_guarded(misbehaving.noisily) == "heard"
 
 
+@pytest.mark.usefixtures("either")
 def test_a_refusal_keeps_its_kind_and_its_ids():
     with pytest.raises(NonManifold, match="Two sheets touch") as caught:
         call_guarded(misbehaving.refuse)
@@ -70,23 +91,27 @@ def test_a_refusal_of_a_million_faces_keeps_all_their_ids():
     assert caught.value.ids == tuple(range(1_000_000))
 
 
+@pytest.mark.usefixtures("either")
 def test_ids_that_are_not_numbers_come_as_texts():
     with pytest.raises(NonManifold, match=r"\(layer Shell, 2\)") as caught:
         call_guarded(misbehaving.refuse_layer)
     assert caught.value.ids == ("Shell", "2")
 
 
+@pytest.mark.usefixtures("either")
 def test_any_other_error_makes_the_file_unreadable():
     with pytest.raises(Unreadable, match="ZeroDivisionError"):
         call_guarded(misbehaving.fail)
 
 
+@pytest.mark.usefixtures("either")
 def test_too_little_memory_is_not_a_damaged_file():
     with pytest.raises(TooMuchWork, match="memory") as caught:
         call_guarded(misbehaving.run_out_of_memory)
     assert "damaged" not in str(caught.value)
 
 
+@pytest.mark.usefixtures("either")
 def test_a_library_that_is_missing_is_not_a_damaged_file():
     with pytest.raises(Unreadable, match="No module named 'no_such_library'") as caught:
         call_guarded(misbehaving.miss_a_library)
@@ -94,11 +119,13 @@ def test_a_library_that_is_missing_is_not_a_damaged_file():
     assert sys.executable in caught.value.remedy
 
 
+@pytest.mark.usefixtures("either")
 def test_a_crash_of_the_child_leaves_the_parent_alive():
     with pytest.raises(Unreadable, match=r"crashed .* probably damaged"):
         call_guarded(misbehaving.crash)
 
 
+@pytest.mark.usefixtures("either")
 @posix
 def test_a_child_that_is_killed_from_outside_is_not_a_damaged_file():
     with pytest.raises(Unreadable, match=r"ended from outside \(SIGKILL\)") as caught:
@@ -106,6 +133,7 @@ def test_a_child_that_is_killed_from_outside_is_not_a_damaged_file():
     assert "damaged" not in str(caught.value)
 
 
+@pytest.mark.usefixtures("either")
 def test_a_child_that_exits_is_not_a_damaged_file():
     with pytest.raises(Unreadable, match=r"without a result \(exit status 3\)") as caught:
         call_guarded(misbehaving.leave)
@@ -133,17 +161,20 @@ def test_a_child_without_numpy_says_so(monkeypatch, tmp_path):
         call_guarded(misbehaving.well, 5)
 
 
+@pytest.mark.usefixtures("either")
 @pytest.mark.parametrize("way", ["length", "pickle", "restart"])
 def test_a_faulty_answer_is_refused(way):
     with pytest.raises(Unreadable, match="faulty answer"):
         call_guarded(misbehaving.answer_wrongly, way)
 
 
+@pytest.mark.usefixtures("either")
 def test_an_answer_that_breaks_off_is_refused():
     with pytest.raises(Unreadable, match="without a result"):
         call_guarded(misbehaving.answer_wrongly, "short")
 
 
+@pytest.mark.usefixtures("either")
 def test_only_classes_that_are_asked_for_are_made():
     sent = call_guarded(misbehaving.length, classes=(Length,))
     assert sent == Length(2.5, "Meters")
@@ -151,6 +182,7 @@ def test_only_classes_that_are_asked_for_are_made():
         call_guarded(misbehaving.length)
 
 
+@pytest.mark.usefixtures("either")
 @posix
 def test_a_child_that_spins_is_ended():
     start = time.process_time()
@@ -159,6 +191,7 @@ def test_a_child_that_spins_is_ended():
     assert time.process_time() - start < 1.0
 
 
+@pytest.mark.usefixtures("either")
 def test_a_child_that_waits_is_ended():
     start = time.monotonic()
     with pytest.raises(Unreadable, match="within"):
@@ -166,12 +199,14 @@ def test_a_child_that_waits_is_ended():
     assert time.monotonic() - start < 15
 
 
+@pytest.mark.usefixtures("either")
 @posix
 def test_work_that_follows_the_reading_has_a_limit_of_its_own():
     with pytest.raises(TooMuchWork, match="longer than 2 seconds"):
         call_guarded(misbehaving.spin_after_reading, limits=Limits(reading_seconds=1.0, seconds=2.0))
 
 
+@pytest.mark.usefixtures("either")
 @posix
 def test_a_child_that_eats_memory_is_stopped():
     with pytest.raises(TooMuchWork, match="memory"):
@@ -186,6 +221,7 @@ def test_raising_in_the_progress_ends_the_child():
         call_guarded(misbehaving.well, 5, progress=cancel)
 
 
+@pytest.mark.usefixtures("either")
 def test_a_child_that_tells_more_than_is_taken_is_ended_with_the_call():
     def cancel(*_: object) -> None:
         time.sleep(0.5)  # Meanwhile the pipe and the queue fill.
@@ -250,6 +286,7 @@ def test_telling_progress_does_not_put_the_end_off():
     assert time.monotonic() - start < 12
 
 
+@pytest.mark.usefixtures("either")
 def test_a_file_is_read_and_looked_at_in_a_process_of_its_own(tmp_path):
     path = tmp_path / "square.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
@@ -318,6 +355,7 @@ def test_the_current_folder_counts_where_pythonpath_names_it(tmp_path, monkeypat
     assert call_guarded(brought_along.read) == "read"
 
 
+@pytest.mark.usefixtures("either")
 def test_the_current_folder_may_have_been_deleted(tmp_path, monkeypatch):
     path = tmp_path / "square.obj"
     path.write_text(SQUARE)
@@ -328,6 +366,7 @@ def test_the_current_folder_may_have_been_deleted(tmp_path, monkeypatch):
     assert read_surface(path, guarded=True).n_faces == 2
 
 
+@pytest.mark.usefixtures("either")
 def test_the_child_looks_for_modules_where_the_parent_does(tmp_path, monkeypatch):
     (tmp_path / "elsewhere.py").write_text("def read(*, progress):\n    return 'read'\n")
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -7,7 +7,15 @@ import pytest
 
 from weavecore.viewing import raster
 from weavecore.viewing.camera import Camera, look_at, view_axes
-from weavecore.viewing.raster import NOTHING, DepthBuffer, draw_rods, draw_triangles, planes_over, see_rods
+from weavecore.viewing.raster import (
+    NOTHING,
+    DepthBuffer,
+    SeenTriangles,
+    draw_rods,
+    draw_triangles,
+    planes_over,
+    see_rods,
+)
 
 SIZE = (40, 30)
 
@@ -31,7 +39,7 @@ def test_a_triangle_covers_the_samples_inside_it() -> None:
     for _ in range(50):
         triangle = rng.uniform(-10, 50, (3, 2))
         buffer = DepthBuffer(SIZE)
-        draw_triangles(buffer, triangle[None], np.ones((1, 3)))
+        draw_triangles(buffer, SeenTriangles(triangle[None], np.ones((1, 3)), SIZE))
         assert np.array_equal(image(buffer) == 0, inside(triangle))
 
 
@@ -42,7 +50,7 @@ def test_triangles_that_share_edges_leave_no_gap() -> None:
     rim = np.array([20, 15]) + 200 * np.c_[np.cos(angle), np.sin(angle)]
     hub = np.broadcast_to([20.5, 14.5], rim.shape)  # On a sample: all triangles touch it.
     buffer = DepthBuffer(SIZE)
-    draw_triangles(buffer, np.stack([rim, np.roll(rim, -1, 0), hub], axis=1), np.ones((60, 3)))
+    draw_triangles(buffer, SeenTriangles(np.stack([rim, np.roll(rim, -1, 0), hub], axis=1), np.ones((60, 3)), SIZE))
     assert (image(buffer) != NOTHING).all()
 
 
@@ -52,7 +60,7 @@ def test_what_is_nearer_is_seen_in_either_order() -> None:
     for order in ([0, 1], [1, 0]):
         buffer = DepthBuffer(SIZE)
         nearness = np.array([tilted, np.full(3, 1.75)])[order]
-        draw_triangles(buffer, np.stack([whole, whole]), nearness)
+        draw_triangles(buffer, SeenTriangles(np.stack([whole, whole]), nearness, SIZE))
         flat_is_seen = image(buffer) == order.index(1)
         x = np.arange(SIZE[0]) + 0.5
         assert np.array_equal(flat_is_seen, np.broadcast_to(1 + (x + 50) / 100 < 1.75, flat_is_seen.shape))
@@ -60,7 +68,12 @@ def test_what_is_nearer_is_seen_in_either_order() -> None:
 
 def test_triangles_without_area_cover_nothing() -> None:
     buffer = DepthBuffer(SIZE)
-    draw_triangles(buffer, np.array([[[1, 2], [30, 20], [15.5, 11]], [[5, 5], [5, 5], [5, 5]]], float), np.ones((2, 3)))
+    draw_triangles(
+        buffer,
+        SeenTriangles(
+            np.array([[[1, 2], [30, 20], [15.5, 11]], [[5, 5], [5, 5], [5, 5]]], float), np.ones((2, 3)), SIZE
+        ),
+    )
     assert (image(buffer) == NOTHING).all()
 
 
@@ -82,7 +95,7 @@ def test_a_rod_covers_what_lies_within_its_radius(angle: float) -> None:
         -np.array([9 * np.cos(angle), 9 * np.sin(angle), 0]),
         np.array([9 * np.cos(angle), 9 * np.sin(angle), 0]),
     )
-    rods = see_rods(flat_camera(), start[None], end[None], np.array([2.3]))
+    rods = see_rods(flat_camera(), start[None], end[None], np.array([2.3]), SIZE)
     buffer = DepthBuffer(SIZE)
     draw_rods(buffer, rods)
     x, y = np.meshgrid(np.arange(SIZE[0]) + 0.5 - SIZE[0] / 2, SIZE[1] / 2 - np.arange(SIZE[1]) - 0.5)
@@ -98,9 +111,37 @@ def test_rods_that_are_drawn_in_parts_give_the_same_picture(monkeypatch: pytest.
     for rods_at_once in (100, 4):
         monkeypatch.setattr(raster, "_RODS_AT_ONCE", rods_at_once)
         buffers.append(DepthBuffer(SIZE))
-        draw_rods(buffers[-1], see_rods(flat_camera(), *places, np.full(9, 1.5)))
+        draw_rods(buffers[-1], see_rods(flat_camera(), *places, np.full(9, 1.5), SIZE))
     assert np.array_equal(image(buffers[0]), image(buffers[1]))
     assert len(np.unique(buffers[1].shape)) > 8
+
+
+def test_a_picture_is_the_same_in_bands_and_in_chunks_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    places = np.random.default_rng(0).uniform(-12, 12, (2, 9, 3))
+    rods = see_rods(flat_camera(), *places, np.full(9, 1.5), SIZE)
+    triangles = SeenTriangles(np.random.default_rng(1).uniform(-5, 45, (20, 3, 2)), np.full((20, 3), 1e-5), SIZE)
+    whole = DepthBuffer(SIZE)
+    monkeypatch.setattr(raster, "_CHUNK", 50)
+    bands = [DepthBuffer((SIZE[0], 6), first_row=first) for first in range(0, SIZE[1], 6)]
+    for buffer in (whole, *bands):
+        draw_triangles(buffer, triangles)
+        buffer.forget_shapes()
+        draw_rods(buffer, rods)
+    for kind in ("shape", "nearness"):
+        assert np.array_equal(getattr(whole, kind), np.concatenate([getattr(band, kind) for band in bands]))
+
+
+def test_what_is_seen_is_told_in_runs_of_samples() -> None:
+    buffer = DepthBuffer((4, 3), first_row=7)
+    buffer.shape[:] = [5, 5, NOTHING, 5, 5, 2, 2, 2, NOTHING, NOTHING, NOTHING, NOTHING]
+    seen = buffer.seen()
+    assert np.column_stack([seen.shape, seen.row, seen.first, seen.count]).tolist() == [
+        [5, 7, 0, 2],
+        [5, 7, 3, 1],
+        [5, 8, 0, 1],
+        [2, 8, 1, 3],
+    ]
+    assert np.array_equal(seen.samples(buffer), np.flatnonzero(buffer.shape != NOTHING))
 
 
 def test_a_rod_is_seen_on_a_surface_and_not_behind_it() -> None:
@@ -108,10 +149,10 @@ def test_a_rod_is_seen_on_a_surface_and_not_behind_it() -> None:
     corners = np.array([[-100, -100, 0], [100, -100, 0], [0, 200, 0]], float)
     place, nearness = camera.project(corners)
     buffer = DepthBuffer(SIZE)
-    draw_triangles(buffer, place[None], nearness[None])
+    draw_triangles(buffer, SeenTriangles(place[None], nearness[None], SIZE))
     buffer.forget_shapes()
     starts, ends = np.array([[-5, 4, 0], [-5, -4, -20]], float), np.array([[5, 4, 0], [5, -4, -20]], float)
-    draw_rods(buffer, see_rods(camera, starts, ends, np.array([2.0, 2.0])))
+    draw_rods(buffer, see_rods(camera, starts, ends, np.array([2.0, 2.0]), SIZE))
     assert set(np.unique(buffer.shape)) == {NOTHING, 0}
 
 

@@ -5,10 +5,19 @@ import pytest
 
 from weavecore import pipeline
 from weavecore.errors import Unsupported
-from weavecore.geometry.splines import as_b_splines, fit_splines, sample_curves
+from weavecore.geometry.splines import SplineRows, arc_stations, as_b_splines, fit_splines, sample_curves
 from weavecore.model import Material, RodAxes
 from weavecore.model.bending import Bending
-from weavecore.weaving.bending import known_materials, material_named, measure_bending
+from weavecore.weaving.bending import (
+    BentRods,
+    find_sharpest,
+    known_materials,
+    largest_at,
+    largest_of_rods,
+    least_largest,
+    material_named,
+    measure_bending,
+)
 from woven_rods import tube_latitudes, woven_tube
 
 
@@ -43,7 +52,19 @@ def arc(radius: float, degrees: float, n: int, *, closed: bool = False) -> np.nd
 
 def measured(axes: RodAxes, diameter: float = 5.0) -> Bending:
     normals = np.tile([0.0, 0.0, 1.0], (len(axes.points), 1))
-    return measure_bending(axes, normals, diameters=np.full(len(axes), diameter), material=material_named("gfrp"))[0]
+    return measure_bending(axes, normals, diameters=np.full(len(axes), diameter), material=material_named("gfrp"))
+
+
+def test_stations_without_samples_are_those_of_the_samples() -> None:
+    rows = arc(80.0, 200, 7), arc(30.0, 360, 9, closed=True), arc(50.0, 40, 2)
+    points, closed = np.concatenate(rows), np.array([False, True, False])
+    offsets = np.r_[0, np.cumsum([len(row) for row in rows])]
+    fit = fit_splines(points, offsets, closed)
+    curves = points, fit.derivatives, fit.parameters, offsets, closed, fit.ends
+    stations, lengths = arc_stations(*curves, step=5.0)
+    samples = sample_curves(*curves, step=5.0)
+    np.testing.assert_allclose(stations, samples.stations[samples.is_given], rtol=1e-12)
+    np.testing.assert_allclose(lengths, samples.stations[samples.offsets[1:] - 1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("radius", [80.0, 300.0, 1500.0])
@@ -113,6 +134,23 @@ def test_rods_of_the_largest_diameter_just_pass_though_they_undulate_more(patter
     assert thick.bending.utilisation[at] == pytest.approx(1.0, abs=0.05)
     scaled = thin.bending.min_radius[at] / thin.material.least_bend
     assert scaled > 1.1 * d
+
+
+def test_the_least_of_the_largest_diameters_are_those_of_all_visits() -> None:
+    weave = woven_tube("kagome", 4.0)
+    axes = weave.axes
+    rows, shift = SplineRows(axes.derivatives, axes.parameters, axes.ends), axes.layer_offsets[:, None]
+    shift = shift * weave.normals[weave.strands.nodes]
+    rods = BentRods(axes.points, rows, shift, axes.offsets, axes.closed, weave.diameters, weave.material)
+    every = largest_at(rods, np.ones(len(axes.points), bool))
+    assert np.isfinite(every).mean() > 0.9
+    np.testing.assert_allclose(np.minimum.reduceat(every, axes.offsets[:-1]), largest_of_rods(rods), rtol=1e-12)
+    n = len(every) // 10
+    np.testing.assert_allclose(np.sort(least_largest(rods, 0.1))[:n], np.sort(every)[:n], rtol=1e-12)
+    too_sharp = find_sharpest(rods).at_visits > 1.0
+    # Where the shifts straighten a rod, one that is too thick passes if it grows even more.
+    assert too_sharp[every < 4.0].all()
+    assert 0 < (every < 4.0).sum() < too_sharp.sum() <= len(every)
 
 
 def test_violations_are_the_rods_beyond_the_allowable_stress_the_worst_first() -> None:

@@ -9,7 +9,9 @@ from scipy.spatial import cKDTree
 from weavecore import pipeline
 from weavecore.geometry.arrays import rows_of
 from weavecore.geometry.closest import segment_distances
+from weavecore.geometry.splines import fit_splines
 from weavecore.model import RodAxes
+from weavecore.weaving import clearance
 from weavecore.weaving.clearance import find_clashes
 from woven_rods import tube_latitudes
 
@@ -65,3 +67,16 @@ def test_only_the_pairs_asked_for_are_looked_at() -> None:
     some = find_clashes(weave.axes, diameters, among=every.strands[::3])
     assert some.strands.tolist() == every.strands[::3].tolist()
     np.testing.assert_array_equal(some.distance, every.distance[::3])
+
+
+def test_gaps_that_are_solved_for_are_those_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    weave = pipeline.weave(pipeline.link(tube_latitudes(150.0, 180.0, 60.0), pattern="triangular"), rod_diameter=6.0)
+    axes, joints = weave.axes, weave.joints
+    rows = fit_splines(axes.points, axes.offsets, axes.closed)
+    n = len(joints.contacts)
+    asked = axes.points, rows, weave.strands, joints, np.full(n, 6.0), np.zeros(n, bool), np.arange(n)
+    solved = clearance.gaps_at_joints(*asked)
+    monkeypatch.setattr(clearance, "_LEAST_SINE", 1.1)  # No angle is wide enough.
+    sampled = clearance.gaps_at_joints(*asked)
+    np.testing.assert_allclose(solved, sampled, rtol=1e-4)
+    assert (solved != sampled).mean() > 0.5

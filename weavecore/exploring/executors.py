@@ -24,6 +24,7 @@ from weavecore.errors import Unsupported
 from weavecore.exploring.evaluate import Result, weave_group
 from weavecore.exploring.variants import Group
 from weavecore.model import SurfaceMesh
+from weavecore.threads import THREAD_VARIABLES
 
 Surfaces = Mapping[str, SurfaceMesh]
 """Surfaces by their digests."""
@@ -32,9 +33,6 @@ Results = Future[list[Result]]
 
 _GROUPS_A_WORKER = 2
 """One that is woven, and one that the worker takes next without waiting for this process."""
-
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Variables that keep a worker's linear algebra to one thread: with more, workers wait for each other's threads."""
 
 _CONNECT_SECONDS = 30.0
 """Within which a scheduler must answer."""
@@ -222,7 +220,7 @@ def _connect(address: str) -> Any:
 @contextlib.contextmanager
 def _one_thread_each() -> Iterator[None]:
     """Set the variables that processes which start now read, but for those that the user has set."""
-    names = [name for name in _ONE_THREAD if name not in os.environ]
+    names = [name for name in THREAD_VARIABLES if name not in os.environ]
     os.environ.update(dict.fromkeys(names, "1"))
     try:
         yield

@@ -118,10 +118,11 @@ class RhinoFileBuilder:
         order = len(knots) - len(controls)
         curve = self._rhino.NurbsCurve(3, False, order, len(controls))
         # Rhino omits the first and the last knot.
+        own_knots, own_points, point = curve.Knots, curve.Points, self._rhino.Point4d
         for i, knot in enumerate(knots[1:-1].tolist()):
-            curve.Knots[i] = knot
+            own_knots[i] = knot
         for i, (x, y, z) in enumerate(controls.tolist()):
-            curve.Points[i] = self._rhino.Point4d(x, y, z, 1.0)
+            own_points[i] = point(x, y, z, 1.0)
         self._expect(self._file.Objects.AddCurve, curve, layer, name, texts, colour)
 
     def add_points(

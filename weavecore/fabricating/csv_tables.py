@@ -20,14 +20,14 @@ import csv
 import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
 
 import numpy as np
 
 from weavecore.geometry.arrays import Floats
 from weavecore.model import Weave
-from weavecore.polling import each
+from weavecore.polling import each, each_of_many
 from weavecore.version import installed_version
 
 LENGTH_DIGITS = 3
@@ -36,6 +36,8 @@ LENGTH_DIGITS = 3
 _APOSTROPHE = "'"
 _SUSPECT = frozenset("=+-@\t\n'")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?")
+_MAYBE_FORMULA = re.compile(r"""\r|[,\n](?:[=+@\t']|-(?!\d+(?:\.\d+)?[,\n])|"[=+@\t\n'-])""")
+"""Where a written row may have a cell to be guarded: none is overlooked, and few tables have any such place."""
 
 
 _COMPENSATION = ("COMPENSATED", "SPRINGS_BACK")
@@ -104,7 +106,12 @@ class Table:
         stream.write(f"# {source.line(self.name)}\n")
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(self.columns)
-        writer.writerows([_without_formula(cell) for cell in row] for row in each(self.rows))
+        begin = stream.tell()
+        writer.writerows(each_of_many(self.rows))
+        if _MAYBE_FORMULA.search(stream.getvalue(), begin - 1):
+            stream.seek(begin)
+            stream.truncate()
+            writer.writerows([_without_formula(cell) for cell in row] for row in each_of_many(self.rows))
         return stream.getvalue().encode()
 
 
@@ -127,6 +134,7 @@ class ReadTable:
     """
 
     columns: Mapping[str, list[str]]
+    _numbers: dict[str, Floats] = field(default_factory=dict, compare=False)
 
     def __getitem__(self, column: str) -> list[str]:
         return self.columns[column]
@@ -136,7 +144,12 @@ class ReadTable:
 
     def floats(self, column: str) -> Floats:
         """(n,) the numbers of a column; NaN where a field is empty."""
-        return np.array([float(text) if text else np.nan for text in self.columns[column]], np.float64)
+        if column not in self._numbers:
+            texts = self.columns[column]
+            numbers = np.array(list(map(float, (text or "nan" for text in texts) if "" in texts else texts)))
+            numbers.flags.writeable = False
+            self._numbers[column] = numbers
+        return self._numbers[column]
 
     def lists(self, column: str) -> list[list[str]]:
         """The names in every field of a column."""
@@ -157,8 +170,11 @@ def read_table(content: bytes) -> ReadTable:
     """
     text = content.decode()
     body = text.split("\n", 1)[1] if text.startswith("#") else text
-    names, *rows = each(csv.reader(io.StringIO(body, newline="")))
-    return ReadTable({name: [row[k].removeprefix(_APOSTROPHE) for row in rows] for k, name in each(enumerate(names))})
+    names, *rows = each_of_many(csv.reader(io.StringIO(body, newline="")))
+    columns = dict(zip(names, map(list, zip(*rows)))) if rows else {name: [] for name in names}
+    if _APOSTROPHE in body:
+        columns = {name: [cell.removeprefix(_APOSTROPHE) for cell in column] for name, column in each(columns.items())}
+    return ReadTable(columns)
 
 
 def read_statement(content: bytes) -> dict[str, str]:

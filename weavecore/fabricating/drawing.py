@@ -72,6 +72,8 @@ class Drawing:
         Of the sheet, in millimetres; its lower left corner is at (0, 0).
     origin : (x, y)
         The point of the sheet that is the origin in formats that may have negative coordinates.
+    scale : float
+        Millimetres of the model on one of the sheet.
     lines : list of DrawnLine
     paths : list of DrawnPath
     texts : list of DrawnText
@@ -81,6 +83,7 @@ class Drawing:
     width: float = 0.0
     height: float = 0.0
     origin: tuple[float, float] = (0.0, 0.0)
+    scale: float = 1.0
     lines: list[DrawnLine] = field(default_factory=list)
     paths: list[DrawnPath] = field(default_factory=list)
     texts: list[DrawnText] = field(default_factory=list)

@@ -13,13 +13,16 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
+from html import escape
 from importlib import import_module, resources
 from typing import Any, Callable
-from xml.sax.saxutils import escape
+
+import numpy as np
 
 from weavecore.errors import Unsupported
 from weavecore.fabricating.drawing import LEFT, MIDDLE, RIGHT, Drawing, DrawnLine, DrawnPath, DrawnText
-from weavecore.polling import each
+from weavecore.geometry.arrays import Floats
+from weavecore.polling import each, each_of_many
 
 _N_OWN_LAYERS = 2
 """Layers of the frame."""
@@ -100,7 +103,7 @@ def _dxf_entities(drawing: Drawing, handle: int) -> Iterator[str]:
     """The group codes of every entity, handles counting up."""
     left, low = drawing.origin
     owner = _MODEL_SPACE
-    for one in each(drawing.lines):
+    for one in each_of_many(drawing.lines):
         style = "6\nDASHED\n" if one.is_dashed else ""
         yield (
             f"0\nLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{one.layer}\n{style}370\n{_weight(one.width)}\n"
@@ -108,14 +111,14 @@ def _dxf_entities(drawing: Drawing, handle: int) -> Iterator[str]:
             f"11\n{one.x2 - left:.4f}\n21\n{one.y2 - low:.4f}\n31\n0.0\n"
         )
         handle += 1
-    for path in each(drawing.paths):
-        points = "".join(f"10\n{x - left:.4f}\n20\n{y - low:.4f}\n" for x, y in path.points.tolist())
+    for path in each_of_many(drawing.paths):
+        points = _written("10\n%.4f\n20\n%.4f\n", path.points - drawing.origin)
         yield (
             f"0\nLWPOLYLINE\n5\n{handle:X}\n330\n{owner}\n100\nAcDbEntity\n8\n{path.layer}\n370\n{_weight(path.width)}\n"
             f"100\nAcDbPolyline\n90\n{len(path.points)}\n70\n0\n{points}"
         )
         handle += 1
-    for text in each(drawing.texts):
+    for text in each_of_many(drawing.texts):
         turn, x, y = 90.0 if text.is_turned else 0.0, f"{text.x - left:.4f}", f"{text.y - low:.4f}"
         align = _ALIGNMENTS[text.anchor]
         second = f"72\n{align}\n11\n{x}\n21\n{y}\n31\n0.0\n" if align else ""
@@ -152,25 +155,30 @@ def encode_svg(drawing: Drawing, statement: str) -> bytes:
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="Helvetica, Arial, sans-serif">',
-        f"<title>{escape(statement)}</title>",
+        f"<title>{escape(statement, quote=False)}</title>",
         f'<rect width="{width:.3f}" height="{height:.3f}" fill="white"/>',
     ]
     lines, paths, texts = (_by(items, lambda one: one.layer) for items in (drawing.lines, drawing.paths, drawing.texts))
     for layer, colour in drawing.layers.items():
         rgb = "#{:02x}{:02x}{:02x}".format(*colour)
         parts.append(f'<g id="{layer}" stroke="{rgb}" fill="none">')
-        parts += [_svg_line(one, height) for one in each(lines.get(layer, ()))]
-        parts += [_svg_path(one, height) for one in each(paths.get(layer, ()))]
+        parts += [_svg_line(one, height) for one in each_of_many(lines.get(layer, ()))]
+        parts += [_svg_path(one, height) for one in each_of_many(paths.get(layer, ()))]
         parts.append(f'</g><g class="{layer}" fill="{rgb}">')
-        parts += [_svg_text(one, height) for one in each(texts.get(layer, ()))]
+        parts += [_svg_text(one, height) for one in each_of_many(texts.get(layer, ()))]
         parts.append("</g>")
     return "\n".join([*parts, "</svg>\n"]).encode()
+
+
+def _written(pattern: str, points: Floats) -> str:
+    """Points (n, 2) by a pattern for each: all in one call."""
+    return pattern * len(points) % tuple(points.ravel().tolist())
 
 
 def _by(items: Iterable[Any], key: Callable[[Any], Any]) -> Mapping[Any, list[Any]]:
     """The items of each key, in their order."""
     found: dict[Any, list[Any]] = {}
-    for one in each(items):
+    for one in each_of_many(items):
         found.setdefault(key(one), []).append(one)
     return found
 
@@ -184,8 +192,8 @@ def _svg_line(one: DrawnLine, height: float) -> str:
 
 
 def _svg_path(one: DrawnPath, height: float) -> str:
-    points = " ".join(f"{x:.3f},{height - y:.3f}" for x, y in one.points.tolist())
-    return f'<polyline points="{points}" stroke-width="{one.width:g}"/>'
+    points = _written("%.3f,%.3f ", np.column_stack([one.points[:, 0], height - one.points[:, 1]]))
+    return f'<polyline points="{points[:-1]}" stroke-width="{one.width:g}"/>'
 
 
 def _svg_text(one: DrawnText, height: float) -> str:
@@ -194,7 +202,7 @@ def _svg_text(one: DrawnText, height: float) -> str:
     bold = ' font-weight="bold"' if one.bold else ""
     return (
         f'<text {place} font-size="{one.height * _HEIGHT_TO_SIZE:.2f}" text-anchor="{_ANCHORS[one.anchor]}"{bold}>'
-        f"{escape(one.text)}</text>"
+        f"{escape(one.text, quote=False)}</text>"
     )
 
 
@@ -261,17 +269,17 @@ def _draw_page(canvas: Any, page: Drawing) -> None:
     canvas.scale(_POINTS_PER_MM, _POINTS_PER_MM)
     for (layer, width, is_dashed), lines in each(_by(page.lines, lambda one: one[4:]).items()):
         _set_stroke(canvas, page, layer, width, is_dashed)
-        segments = [f"{x1:.3f} {y1:.3f} m {x2:.3f} {y2:.3f} l" for x1, y1, x2, y2, *_ in each(lines)]
+        segments = [f"{x1:.3f} {y1:.3f} m {x2:.3f} {y2:.3f} l" for x1, y1, x2, y2, *_ in each_of_many(lines)]
         canvas.addLiteral("\n".join([*segments, "S"]))
     for (layer, width), paths in each(_by(page.paths, lambda one: one[1:]).items()):
         _set_stroke(canvas, page, layer, width, False)
-        canvas.addLiteral("\n".join([*(_pdf_path(one) for one in each(paths)), "S"]))
+        canvas.addLiteral("\n".join([*(_pdf_path(one) for one in each_of_many(paths)), "S"]))
     for (layer, bold, height), texts in each(_by(page.texts, lambda one: (one.layer, one.bold, one.height)).items()):
         font, size = "Helvetica-Bold" if bold else "Helvetica", height * _HEIGHT_TO_SIZE
         canvas.setFillColorRGB(*(part / 255 for part in page.layers[layer]))
         canvas.setFont(font, size)
         widths = (0.0 if one.anchor == LEFT else stringWidth(one.text, font, size) for one in texts)
-        shown = [_pdf_text(one, width) for one, width in each(zip(texts, widths))]
+        shown = [_pdf_text(one, width) for one, width in each_of_many(zip(texts, widths))]
         canvas.addLiteral("\n".join(["BT", *shown, "ET"]))
     canvas.showPage()
 
@@ -283,8 +291,7 @@ def _set_stroke(canvas: Any, page: Drawing, layer: str, width: float, is_dashed:
 
 
 def _pdf_path(one: DrawnPath) -> str:
-    first, *others = one.points.tolist()
-    return " ".join([f"{first[0]:.3f} {first[1]:.3f} m", *(f"{x:.3f} {y:.3f} l" for x, y in others)])
+    return (_written("%.3f %.3f m ", one.points[:1]) + _written("%.3f %.3f l ", one.points[1:]))[:-1]
 
 
 def _pdf_text(one: DrawnText, width: float) -> str:

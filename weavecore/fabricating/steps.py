@@ -19,7 +19,7 @@ from weavecore.fabricating.plan import RodPlan
 from weavecore.fabricating.splices import Piece
 from weavecore.fabricating.ties import Ties
 from weavecore.model import BuildSequence
-from weavecore.polling import each
+from weavecore.polling import each, each_of_many
 
 MOST_TIES = 24
 """Ties of a step: two people set a tie in about half a minute, so a step takes some ten minutes, and what they hold by
@@ -80,7 +80,7 @@ def split_steps(
     for piece in pieces:
         of_rod.setdefault(piece.rod, []).append(piece)
     passes: dict[int, list[Mark]] = {}
-    for mark in each(marks):
+    for mark in each_of_many(marks):
         passes.setdefault(mark.piece.rod, []).append(mark)
     steps: list[Step] = []
     last_of: list[int] = []

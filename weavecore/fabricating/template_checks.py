@@ -16,7 +16,7 @@ import numpy as np
 from weavecore.fabricating.folder_reader import CheckResult, WrittenFolder
 from weavecore.fabricating.templates import ROW, SCALE, SCALE_BAR, TICKS
 from weavecore.geometry.arrays import Floats
-from weavecore.polling import each
+from weavecore.polling import each_of_many
 
 _LIMIT = 0.01
 """How far a tick may be from its mark, and the scale bar from its length, in millimetres."""
@@ -46,11 +46,12 @@ def check_templates(folder: WrittenFolder) -> Iterator[CheckResult]:
 def _read_dxf_lines(content: bytes) -> dict[str, Floats]:
     """The lines (n, 4) of every layer of a DXF, as x, y, x, y with y up."""
     lines: dict[str, list[tuple[float, ...]]] = {TICKS: [], SCALE: []}
-    for found in each(_DXF_LINE.finditer(content)):
+    for found in each_of_many(_DXF_LINE.finditer(content)):
         parts = found.group(1).split(b"\n")
-        groups = dict(zip(map(bytes.strip, parts[::2]), parts[1::2]))
-        layer = groups[b"8"].decode()
+        codes = list(map(bytes.strip, parts[::2]))
+        layer = parts[2 * codes.index(b"8") + 1].decode()
         if layer in lines:
+            groups = dict(zip(codes, parts[1::2]))
             lines[layer].append(tuple(float(groups[code]) for code in (b"10", b"20", b"11", b"21")))
     return {layer: np.array(rows, np.float64).reshape(-1, 4) for layer, rows in lines.items()}
 

@@ -3,18 +3,19 @@
 ::
 
     sheet 1    plan: x to the right, y up
-    sheet 2    front: x to the right, z up; side: y to the right, z up
+    sheet 2    front: x to the right, z up; side: y to the right, z up; below or beside it, where they are larger
     sheets 3…  the steps of the sequence, 4 by 3 a sheet: borders in grey, what is set in red, in isometric view
 
-Isometric view: a point (x, y, z) is drawn at ((x - y) cos 30°, (x + y) sin 30° + z).  Plan and elevations have one
-scale of those that drawings usually have.  Linear in the points that are drawn: a step shows its own rod and the
-borders, not all the rods before it.
+Isometric view: a point (x, y, z) is drawn at ((x - y) cos 30°, (x + y) sin 30° + z).  Plan and elevations each have the
+largest scale that fits, of those that drawings usually have.  Linear in the points that are drawn: a step shows its own
+rod and the borders, not all the rods before it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,11 +39,14 @@ LAYERS = {
 }
 """Layers and their colours: the rods of each family in plan and elevations; borders, what is set, and texts."""
 
-_SCALES = (1, 2, 5, 10, 20, 25, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 100_000)
+_SCALES = (1, 2, 2.5, 5, 10, 20, 25, 50, 100, 200, 250, 500, 1000, 2000, 5000, 10_000, 100_000)
 """Millimetres of the model on one of the paper (ISO 5455)."""
 
 _MARGIN, _TITLE = 12.0, 10.0
 """Of a sheet, and the height of the line of its title, in millimetres."""
+
+_GUTTER = 10.0
+"""What stays free of a cell, in millimetres."""
 
 _ACROSS, _DOWN = 4, 3
 """Steps on a sheet."""
@@ -56,8 +60,12 @@ _POINTS_OF_BORDER = 48
 _NAME_HEIGHT = 1.4
 """Height of the names of rods in the plan, in millimetres: they are many, and they are looked up one by one."""
 
-_NAME_AT = 5.0
-"""Names of rods stand so many millimetres of the paper from their starts."""
+_NAME_AT, _NAME_PLACES = 5.0, 8
+"""Names of rods stand so many millimetres of the paper from their starts, or a multiple up to so many times as much
+where others stand there."""
+
+_NAME_WIDTH = 0.85
+"""Of a capital, with the space beside it, over its height."""
 
 _GAP = 20.0
 """Between the sheets of an SVG or DXF, in millimetres of the paper."""
@@ -78,25 +86,29 @@ class Views:
     plan : RodPlan
     samples : CurveSamples
         Points along all rods.
-    scale : int
-        Of plan and elevations.
     paper : str
     """
 
     plan: RodPlan
     samples: CurveSamples
-    scale: int
     paper: str
 
     @classmethod
     def of(cls, plan: RodPlan, paper: str) -> Views:
-        """Choose the scale so that plan and elevations fit on a sheet."""
-        samples = plan.axes.samples(_STEPS_OF_SPACING * plan.spacing)
-        size = np.ptp(samples.points, axis=0) if len(samples.points) else np.zeros(3)
-        width, height = PAPERS[paper]
-        room = (width - 2 * _MARGIN, height - 2 * _MARGIN - _TITLE)
-        need = max(size[0] / room[0], size[1] / room[1], size[:2].max() / room[0], size[2] / (room[1] / 2 - _TITLE))
-        return cls(plan, samples, next((one for one in _SCALES if one >= need), _SCALES[-1]), paper)
+        """Find the points along the rods."""
+        return cls(plan, plan.axes.samples(_STEPS_OF_SPACING * plan.spacing), paper)
+
+    @property
+    def room(self) -> Floats:
+        """(2,) width and height of a sheet within its margins and below its title."""
+        width, height = PAPERS[self.paper]
+        return np.array([width - 2 * _MARGIN, height - 2 * _MARGIN - _TITLE])
+
+    @cached_property
+    def extent(self) -> tuple[Floats, Floats]:
+        """Lower left corner (2,) and size (2,) of all rods in the isometric view."""
+        whole = _isometric(self.samples.points)
+        return whole.min(0), np.ptp(whole, axis=0)
 
     def rod(self, k: int) -> Floats:
         """(n, 3) the points along a rod."""
@@ -120,47 +132,79 @@ def draw_sheets(views: Views, steps: Sequence[Step], ties: Ties, statement: str)
     Drawing
         One sheet after the other.
     """
-    yield _draw_views(views, [("plan", (0, 1))], statement, named=True)
-    yield _draw_views(views, [("front", (0, 2)), ("side", (1, 2))], statement, named=False)
+    plan = _draw_views(views, {"plan": (0, 1)}, statement, named=True)
+    yield plan
+    yield _draw_views(views, {"front": (0, 2), "side": (1, 2)}, statement, named=False)
     per_sheet = _ACROSS * _DOWN
-    borders = _borders(views)
+    borders = [_isometric(border) for border in _borders(views)]
     for first in each(range(0, len(steps), per_sheet)):
-        yield _draw_steps(views, borders, steps[first : first + per_sheet], ties, statement)
+        yield _draw_steps(views, borders, steps[first : first + per_sheet], ties, statement, plan.scale)
 
 
-def _sheet(views: Views, title: str, statement: str) -> Drawing:
+def _sheet(views: Views, title: str, statement: str, scale: float) -> Drawing:
     width, height = PAPERS[views.paper]
-    sheet = Drawing(LAYERS, width, height)
+    sheet = Drawing(LAYERS, width, height, scale=scale)
     sheet.text(_MARGIN, height - _MARGIN, title, TEXT_HEIGHT, TEXTS, bold=True)
     sheet.text(width - _MARGIN, _MARGIN / 2, statement, TEXT_HEIGHT / 2, TEXTS, anchor=RIGHT)
     return sheet
 
 
-def _draw_views(
-    views: Views, projections: Sequence[tuple[str, tuple[int, int]]], statement: str, *, named: bool
-) -> Drawing:
-    """Draw the rods along some of the axes, one view above the other."""
-    names = ", ".join(name for name, _ in projections)
-    sheet = _sheet(views, f"{names}, 1:{views.scale}", statement)
+def _draw_views(views: Views, projections: Mapping[str, tuple[int, int]], statement: str, *, named: bool) -> Drawing:
+    """Draw the rods along some of the axes."""
     points, plan = views.samples.points, views.plan
-    room = (sheet.height - 2 * _MARGIN - _TITLE) / len(projections)
-    for k, (name, axes) in enumerate(projections):
-        corner = np.array([_MARGIN, sheet.height - _MARGIN - _TITLE - room * (k + 1)])
-        low, size = points[:, axes].min(0), np.ptp(points[:, axes], axis=0) / views.scale
-        corner += (np.array([sheet.width - 2 * _MARGIN, room]) - size) / 2
-        drawn = (points[:, axes] - low) / views.scale + corner
+    lows = [points[:, axes].min(0) for axes in projections.values()]
+    sizes = np.array([np.ptp(points[:, axes], axis=0) for axes in projections.values()])
+    cells, scale = _cells(views.room, sizes)
+    sheet = _sheet(views, f"{', '.join(projections)}, 1:{scale:g}", statement, scale)
+    for (name, axes), low, size, cell in zip(projections.items(), lows, sizes, cells):
+        corner = cell[:2] + (cell[2:] - size / scale) / 2 + _MARGIN
+        drawn = (points[:, axes] - low) / scale + corner
         if len(projections) > 1:
-            sheet.text(_MARGIN, float(corner[1] + size[1]), name, TEXT_HEIGHT, TEXTS)
-        for rod, (a, b) in each(enumerate(zip(views.samples.offsets.tolist(), views.samples.offsets[1:].tolist()))):
-            family = FAMILIES[plan.weave.strands.family[rod]]
+            sheet.text(float(cell[0]) + _MARGIN, float(corner[1] + size[1] / scale) + 1, name, TEXT_HEIGHT, TEXTS)
+        stretches = zip(views.samples.offsets.tolist(), views.samples.offsets[1:].tolist())
+        for code, (a, b) in each(zip(plan.weave.strands.family.tolist(), stretches)):
+            family = FAMILIES[code]
             sheet.path(drawn[a:b], f"RODS-{family.upper()}")
         if named:
-            # Rods that begin at one joint have room for their names where they have parted.
-            at = np.minimum(_NAME_AT * views.scale, plan.axes.lengths / 2)
-            places = points_at_stations(views.samples, np.arange(len(at)), at)[:, axes]
-            for rod, (x, y) in enumerate(((places - low) / views.scale + corner).tolist()):
-                sheet.text(x, y, plan.ids[rod], _NAME_HEIGHT, TEXTS)
+            places = (_name_places(views, axes, scale) - low / scale + corner).tolist()
+            for rod, (x, y) in zip(plan.ids, places):
+                sheet.text(x, y, rod, _NAME_HEIGHT, TEXTS)
     return sheet
+
+
+def _cells(room: Floats, sizes: Floats) -> tuple[Floats, float]:
+    """Cells (k, 4), each as x, y, width and height, of views of some sizes (k, 2), and the scale that fits into them.
+
+    They lie one below the other, or beside it where the scale is larger.
+    """
+    n, k = len(sizes), np.arange(len(sizes))
+    below = np.stack([0 * k, n - 1 - k], axis=1) * room / [1, n], room / [1, n]
+    beside = np.stack([k, 0 * k], axis=1) * room / [n, 1], room / [n, 1]
+    found = []
+    for corners, cell in (below, beside):
+        need = float((sizes / (cell - _GUTTER)).max())
+        scale = next((float(one) for one in _SCALES if one >= need), float(_SCALES[-1]))
+        found.append((np.column_stack([corners, np.tile(cell, (n, 1))]), scale))
+    return min(found, key=lambda one: one[1])
+
+
+def _name_places(views: Views, axes: tuple[int, int], scale: float) -> Floats:
+    """Where (n, 2) the names of all rods begin: near the start of the rod, where it has parted from others there.
+
+    Each takes the first place along its rod where it covers no name before it, or else the first of all.
+    """
+    plan = views.plan
+    n = len(plan.ids)
+    at = np.minimum(_NAME_AT * scale * np.arange(1, _NAME_PLACES + 1)[:, None], plan.axes.lengths / 2)
+    points = points_at_stations(views.samples, np.tile(np.arange(n), _NAME_PLACES), at.ravel())[:, axes] / scale
+    points = points.reshape(_NAME_PLACES, n, 2)
+    width = _NAME_WIDTH * _NAME_HEIGHT * np.array([len(name) for name in plan.ids])
+    found = np.empty((n, 2))
+    for rod in each(range(n)):
+        apart = points[:, None, rod] - found[:rod]
+        covers = (apart[..., 0] < width[:rod]) & (-apart[..., 0] < width[rod]) & (abs(apart[..., 1]) < _NAME_HEIGHT)
+        found[rod] = points[covers.any(axis=1).argmin(), rod]
+    return found
 
 
 def _isometric(points: Floats) -> Floats:
@@ -183,14 +227,14 @@ def _borders(views: Views) -> list[Floats]:
     return found
 
 
-def _draw_steps(views: Views, borders: Sequence[Floats], steps: Sequence[Step], ties: Ties, statement: str) -> Drawing:
+def _draw_steps(
+    views: Views, borders: Sequence[Floats], steps: Sequence[Step], ties: Ties, statement: str, sheet_scale: float
+) -> Drawing:
     """Draw some steps, each in a cell of its own."""
     title = f"steps {steps[0].number} to {steps[-1].number}: borders in grey, what is set in red"
-    sheet = _sheet(views, title, statement)
-    whole = _isometric(views.samples.points)
-    low, size = whole.min(0), np.ptp(whole, axis=0)
-    width = (sheet.width - 2 * _MARGIN) / _ACROSS
-    height = (sheet.height - 2 * _MARGIN - _TITLE) / _DOWN
+    sheet = _sheet(views, title, statement, sheet_scale)
+    low, size = views.extent
+    width, height = (views.room / [_ACROSS, _DOWN]).tolist()
     above = (_TITLE_LINES + 1) * LINE_STEP
     scale = max(size[0] / (0.92 * width), size[1] / (height - above - LINE_STEP), np.finfo(float).tiny)
     for k, step in each(enumerate(steps)):
@@ -198,7 +242,7 @@ def _draw_steps(views: Views, borders: Sequence[Floats], steps: Sequence[Step], 
         x, top = _MARGIN + column * width, sheet.height - _MARGIN - _TITLE - row * height
         corner = np.array([x, top - height + LINE_STEP])
         for border in borders:
-            sheet.path((_isometric(border) - low) / scale + corner, BORDERS)
+            sheet.path((border - low) / scale + corner, BORDERS)
         sheet.path((_isometric(_stretch(views, step)) - low) / scale + corner, SET, width=BOLD)
         n_ties = int(sum(ties.count[joint] for joint in step.joints))
         sheet.text(x, top - LINE_STEP, f"{step.number}  {step.action} {step.piece.id}", TEXT_HEIGHT, TEXTS, bold=True)
@@ -222,14 +266,14 @@ def _stretch(views: Views, step: Step) -> Floats:
     return np.stack([np.interp(stations, own, points[:, k]) for k in range(3)], axis=1)
 
 
-def stack_sheets(sheets: Iterable[Drawing], scale: float = 1.0) -> Drawing:
+def stack_sheets(sheets: Iterable[Drawing], *, in_full_size: bool = False) -> Drawing:
     """Place sheets one below the other in one drawing, for formats without pages.
 
     Parameters
     ----------
     sheets : iterable of Drawing
-    scale : float
-        That all is enlarged by: the scale of plan and elevations makes these 1:1.
+    in_full_size : bool
+        Whether each is enlarged by its scale, which makes plan and elevations 1:1.
 
     Returns
     -------
@@ -237,15 +281,17 @@ def stack_sheets(sheets: Iterable[Drawing], scale: float = 1.0) -> Drawing:
         With its lower left corner at 0.
     """
     pages = list(each(sheets))
-    total = sum(page.height + _GAP for page in pages) - _GAP
-    found = Drawing(LAYERS, max(page.width for page in pages) * scale, total * scale)
-    top = total
-    for page in each(pages):
-        shift = np.array([0.0, top - page.height])
+    scales = [page.scale if in_full_size else 1.0 for page in pages]
+    heights = [page.height * scale for page, scale in zip(pages, scales)]
+    gap = _GAP * max(scales)
+    top = sum(heights) + gap * (len(pages) - 1)
+    found = Drawing(LAYERS, max(page.width * scale for page, scale in zip(pages, scales)), top)
+    for page, scale, height in each(zip(pages, scales, heights)):
+        shift = np.array([0.0, top - height])
         for path in page.paths:
-            found.paths.append(path._replace(points=(path.points + shift) * scale))
+            found.paths.append(path._replace(points=path.points * scale + shift))
         for text in page.texts:
-            x, y, height = text.x * scale, (text.y + shift[1]) * scale, text.height * scale
-            found.texts.append(text._replace(x=x, y=float(y), height=height))
-        top -= page.height + _GAP
+            x, y, capitals = text.x * scale, text.y * scale + shift[1], text.height * scale
+            found.texts.append(text._replace(x=x, y=float(y), height=capitals))
+        top -= height + gap
     return found

@@ -161,9 +161,9 @@ def _templates(plan: RodPlan, cut_list: CutList, workshop: Workshop, source: Sou
     views = Views.of(plan, workshop.paper) if kinds else None
     sheets = list(draw_sheets(views, cut_list.steps, cut_list.ties, drawn)) if views else []
     roll = draw_roll(plan, strips, statement) if DXF in kinds or SVG in kinds else None
-    if views and roll and DXF in kinds:
+    if roll and DXF in kinds:
         files["templates.dxf"] = encode_dxf(roll, statement)
-        files["drawings.dxf"] = encode_dxf(stack_sheets(sheets, views.scale), drawn)
+        files["drawings.dxf"] = encode_dxf(stack_sheets(sheets, in_full_size=True), drawn)
     if roll and SVG in kinds:
         files["templates.svg"] = encode_svg(roll, statement)
         files["drawings.svg"] = encode_svg(stack_sheets(sheets), drawn)

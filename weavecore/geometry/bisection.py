@@ -14,6 +14,8 @@ and keeps the numbers of old faces.  Work: linear in the triangles, for each rou
 
 from __future__ import annotations
 
+from typing import Optional
+
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, order_by
@@ -23,7 +25,9 @@ from weavecore.polling import poll
 _MAX_ROUNDS = 40  # each halves the longest edges: a ratio of 2⁴⁰ between lengths
 
 
-def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[Floats, Ints, Ints]:
+def bisect_long_edges(
+    points: Floats, triangles: Ints, longest: float, *, is_loose: Optional[Bools] = None
+) -> tuple[Floats, Ints, Ints]:
     """Bisect inner edges until none is too long; edges of one triangle stay.
 
     Parameters
@@ -32,6 +36,8 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
     triangles : (T, 3) int64
     longest : float
         Raised to the longest edge that stays: others cannot become shorter than half of that.
+    is_loose : (N,) bool, optional
+        Points between which an edge that stays does not count.
 
     Returns
     -------
@@ -43,7 +49,7 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
     """
     origin = np.arange(len(points))
     flag = side_lengths(points, triangles) > longest
-    longest = max(longest, _longest_border(points, triangles, flag))
+    longest = max(longest, _longest_border(points, triangles, flag, is_loose))
     done = []
     for _ in range(_MAX_ROUNDS):
         flag &= side_lengths(points, triangles) > longest
@@ -60,17 +66,18 @@ def bisect_long_edges(points: Floats, triangles: Ints, longest: float) -> tuple[
     return points, np.concatenate([*done, triangles]), origin
 
 
-def expected_bisections(points: Floats, triangles: Ints, longest: float) -> float:
+def expected_bisections(points: Floats, triangles: Ints, longest: float, *, is_loose: Optional[Bools] = None) -> float:
     """About how many triangles `bisect_long_edges` makes: a round makes 4, 3 or 2 of one with 3, 2 or 1 long sides.
 
     Parameters
     ----------
     points : (N, 3) float64
     triangles : (T, 3) int64
-    longest : float
+    longest, is_loose :
+        As of `bisect_long_edges`.
     """
     sides = side_lengths(points, triangles)
-    longest = max(longest, _longest_border(points, triangles, sides > longest))
+    longest = max(longest, _longest_border(points, triangles, sides > longest, is_loose))
     rounds = np.sort(np.ceil(np.log2(np.maximum(sides / longest, 1.0))), axis=1)
     return float((2.0 ** rounds[:, 2] * 1.5 ** rounds[:, 1] * (4 / 3) ** rounds[:, 0]).sum())
 
@@ -96,13 +103,15 @@ def side_lengths(points: Floats, triangles: Ints) -> Floats:
     return lengths
 
 
-def _longest_border(points: Floats, triangles: Ints, flag: Bools) -> float:
-    """The longest edge of one triangle among those with flagged sides."""
+def _longest_border(points: Floats, triangles: Ints, flag: Bools, is_loose: Optional[Bools]) -> float:
+    """The longest edge of one triangle among those with flagged sides, but for those between loose points."""
     side = np.flatnonzero(flag)
     single, count = np.unique(_keys(triangles).ravel()[side], return_counts=True)
     n = np.int64(triangles.max(initial=0) + 1)
     ends = single[count == 1]
-    return float(np.linalg.norm(points[ends // n] - points[ends % n], axis=1).max(initial=0.0))
+    a, b = ends // n, ends % n
+    length = np.linalg.norm(points[a] - points[b], axis=1)
+    return float((length if is_loose is None else length[~(is_loose[a] & is_loose[b])]).max(initial=0.0))
 
 
 def _keys(triangles: Ints) -> Ints:

@@ -164,7 +164,7 @@ def segment_distances(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Float
     # Coordinates in rows of their own: several times as fast as short rows.
     p, q = np.ascontiguousarray(a.T), np.ascontiguousarray(c.T)
     u, v, w = b.T - p, d.T - q, p - q
-    uu, vv, uv, uw, vw = (_column_dots(*pair) for pair in ((u, u), (v, v), (u, v), (u, w), (v, w)))
+    uu, vv, uv, uw, vw = (dots_of_columns(*pair) for pair in ((u, u), (v, v), (u, v), (u, w), (v, w)))
     det = uu * vv - uv * uv
     s = _unit_clipped(np.divide(uv * vw - uw * vv, det, out=np.zeros_like(det), where=det > _PARALLEL * uu * vv))
     t = _unit_clipped((uv * s + vw) / np.maximum(vv, _TINY))
@@ -172,11 +172,20 @@ def segment_distances(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Float
     p += u * s
     q += v * t
     gap = p - q
-    return np.sqrt(_column_dots(gap, gap)), ((p + q) / 2.0).T
+    return np.sqrt(dots_of_columns(gap, gap)), ((p + q) / 2.0).T
 
 
-def _column_dots(a: Floats, b: Floats) -> Floats:
-    """Inner products (n,) of the columns of arrays (3, n): coordinates in rows, unlike those of `dots`."""
+def dots_of_columns(a: Floats, b: Floats) -> Floats:
+    """Inner products of the columns of arrays with coordinates in rows, unlike those of `arrays.dots`.
+
+    Parameters
+    ----------
+    a, b : (3, n) float64
+
+    Returns
+    -------
+    (n,) float64
+    """
     product: Floats = a[0] * b[0]
     product += a[1] * b[1]
     product += a[2] * b[2]

@@ -175,32 +175,22 @@ def as_b_splines(rows: SplineRows, points: Floats, offsets: Ints, closed: Bools)
     offsets : (R+1,) int64
     closed : (R,) bool
     """
-    knots: list[Floats] = []
-    controls: list[Floats] = []
     second = second_derivatives(points, rows, offsets, closed)
-    for row, is_closed in enumerate(closed.tolist()):
-        part = slice(offsets[row], offsets[row + 1])
-        y, m, s, x = points[part], rows.derivatives[part], second[part], rows.parameters[part]
-        if is_closed:
-            period, n = rows.ends[row], len(x)
-            lap, index = np.divmod(np.arange(-DEGREE, n + DEGREE + 1), n)
-            knot = x[index] + lap * period
-            at = np.arange(-1, n + 2) % n
-            back, forth = (knot[3 + k : 3 + k + n + 3] for k in (-2, 0))
-            middle = knot[2 : 2 + n + 3]
-        else:
-            knot = np.concatenate([np.repeat(x[0], DEGREE), x, np.repeat(x[-1], DEGREE)])
-            at = np.concatenate([[0], np.arange(len(x)), [len(x) - 1]])
-            back, middle, forth = (knot[k : k + len(x) + 2] for k in (1, 2, 3))
-        back, forth = (back - middle)[:, None], (forth - middle)[:, None]
-        knots.append(knot)
-        controls.append(y[at] + m[at] * (back + forth) / 3.0 + s[at] * back * forth / 6.0)
-    return BSplineRows(
-        offsets_of([len(k) for k in knots]),
-        np.concatenate([*knots, np.zeros(0)]),
-        offsets_of([len(c) for c in controls]),
-        np.concatenate([*controls, np.zeros((0, 3))]),
-    )
+    n = np.diff(offsets)
+    n_knots = n + 2 * DEGREE + closed
+    row = np.repeat(np.arange(len(n)), n_knots)
+    nth = ranks_in_rows(n_knots) - DEGREE
+    # Before its first and after its last point a closed row goes round again, an open one stays there.
+    within = np.where(closed[row], nth % n[row], np.clip(nth, 0, n[row] - 1))
+    lap = np.where(closed[row], nth // n[row], 0)
+    knots = rows.parameters[offsets[row] + within] + lap * rows.ends[row]
+    n_controls = n_knots - DEGREE - 1
+    # The knots a, b and c of a control point are the three that follow the knot of its own number.
+    middle = np.repeat(offsets_of(n_knots)[:-1], n_controls) + ranks_in_rows(n_controls) + 2
+    at = offsets[row[middle]] + within[middle]
+    back, forth = ((knots[middle + k] - knots[middle])[:, None] for k in (-1, 1))
+    controls = points[at] + rows.derivatives[at] * (back + forth) / 3.0 + second[at] * back * forth / 6.0
+    return BSplineRows(offsets_of(n_knots), knots, offsets_of(n_controls), controls)
 
 
 def b_spline_points(splines: BSplineRows, row: Ints, at: Floats) -> Floats:
@@ -281,6 +271,66 @@ def span_ends(parameters: Floats, offsets: Ints, closed: Bools, ends: Floats) ->
     stop = after[start]
     reach = np.where(stop > start, parameters[stop], ends[owner[start]]) - parameters[start]
     return start, stop, reach
+
+
+def slope_polynomials(places: Floats, slopes: Floats, start: Ints, stop: Ints, width: Floats) -> Floats:
+    """Derivatives of Hermite cubics by their parameter, as polynomials in t from 0 to 1.
+
+    Parameters
+    ----------
+    places, slopes : (3, N) float64
+        Points and derivatives by the parameter, with x, y and z in rows.
+    start, stop : (n,) int64
+        First and last point of each cubic.
+    width : (n,) float64
+        Of its parameter.
+
+    Returns
+    -------
+    (3, 3, n) float64
+        Coefficients from degree 0 on, each with x, y and z in rows.
+    """
+    first, last = slopes[:, start], slopes[:, stop]
+    mean = (places[:, stop] - places[:, start]) / width
+    return np.stack([first, 6.0 * mean - 4.0 * first - 2.0 * last, 3.0 * (first + last) - 6.0 * mean])
+
+
+def squares_of(vectors: Floats) -> Floats:
+    """Squares of the lengths of polynomials with vectors as coefficients.
+
+    Parameters
+    ----------
+    vectors : (d, 3, ...) float64
+        From degree 0 on.
+
+    Returns
+    -------
+    (2 d - 1, ...) float64
+    """
+    degree = len(vectors) - 1
+    squares = np.zeros((2 * degree + 1, *vectors.shape[2:]))
+    for i, one in enumerate(vectors):
+        for j, other in enumerate(vectors[: i + 1]):
+            product = one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+            squares[i + j] += product if i == j else 2.0 * product
+    return squares
+
+
+def polynomial_values(coefficients: Floats, at: Union[float, Floats]) -> Floats:
+    """Values of polynomials by Horner's rule.
+
+    Parameters
+    ----------
+    coefficients : (d, ...) float64
+        From degree 0 on.
+    at : float or array
+    """
+    value: Floats = coefficients[-1] * at
+    for coefficient in coefficients[-2:0:-1]:
+        value += coefficient
+        value *= at
+    value += coefficients[0]
+    return value
 
 
 def cubic_points(p: Floats, q: Floats, dp: Floats, dq: Floats, width: Floats, t: Floats) -> tuple[Floats, Floats]:
@@ -391,6 +441,58 @@ def sample_curves(
     is_given = is_last & ~closed[rows_of(sample_offsets)]
     is_given[~is_last] = nth == 0
     return CurveSamples(sample_offsets, place, tangents, stations, curvatures, is_given)
+
+
+def arc_stations(
+    points: Floats,
+    derivatives: Floats,
+    parameters: Floats,
+    offsets: Ints,
+    closed: Bools,
+    ends: Floats,
+    *,
+    step: float,
+) -> tuple[Floats, Floats]:
+    """Arc lengths of all rows, as of the samples of `sample_curves`, without their points.
+
+    The square of the speed of a cubic is a polynomial of degree 4.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    derivatives, parameters, offsets, closed, ends
+        As of `fit_splines` and its result.
+    step : float
+        Greatest length of the pieces that are integrated over.
+
+    Returns
+    -------
+    stations : (N,) float64
+        From the start of the row to each point.
+    lengths : (R,) float64
+    """
+    start, stop, reach = span_ends(parameters, offsets, closed, ends)
+    columns = np.ascontiguousarray(points.T), np.ascontiguousarray(derivatives.T)
+    square = squares_of(slope_polynomials(*columns, start, stop, reach))
+    pieces = pieces_of(reach, step)
+    part = np.cumsum(pieces) // _SAMPLES_AT_ONCE
+    begins = np.flatnonzero(np.diff(part, prepend=-1))
+    length = np.zeros(len(start))
+    for first, last in each(zip(begins.tolist(), [*begins[1:].tolist(), len(start)])):
+        count = pieces[first:last]
+        span = np.repeat(np.arange(first, last), count)
+        nth, share = ranks_in_rows(count), (1.0 / pieces)[span]
+        coefficients = square[:, span]
+        piece = np.zeros(len(span))
+        for x, weight in zip(*_GAUSS):
+            speed = polynomial_values(coefficients, (nth + (1 + x) / 2) * share)
+            piece += weight / 2 * np.sqrt(np.maximum(speed, 0.0))
+        length[first:last] = np.bincount(span - first, piece * share * reach[span], last - first)
+    total = np.concatenate([[0.0], np.cumsum(length)])
+    n_points = np.diff(offsets)
+    begin = offsets_of(n_points - ~closed)
+    before = np.repeat(begin[:-1], n_points) + ranks_in_rows(n_points)
+    return total[before] - total[np.repeat(begin[:-1], n_points)], total[begin[1:]] - total[begin[:-1]]
 
 
 def _parts_of(n: int) -> Iterator[slice]:

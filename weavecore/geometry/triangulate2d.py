@@ -93,17 +93,21 @@ def triangulate_region(points: Floats, segments: Ints) -> PlanarRegion:
     PlanarRegion
         Without faces where segments are missing: bisect those and call again.
     """
+    faces, missing = _triangulated(points, segments)
+    if len(missing):
+        return PlanarRegion(np.zeros((0, 3), np.int64), missing)
+    return PlanarRegion(_inside_of(faces, segments, len(points)), missing)
+
+
+def _triangulated(points: Floats, segments: Ints) -> tuple[Ints, Ints]:
+    """Triangles between all points and the frame around them, and the segments that are no edges of theirs."""
     low, high = points.min(0), points.max(0)
     extent = float((high - low).max()) or 1.0
     unit = (points - (low + high) / 2) / extent
-    n = len(points)
     angle = 2 * np.pi * (np.arange(_FRAME_POINTS) + 0.1234) / _FRAME_POINTS
     frame = _FRAME_RADIUS * np.column_stack(sines_and_cosines(angle)[::-1])
-    faces = _delaunay(np.vstack([unit + _jitter(n), frame]))
-    faces, missing = _with_segments(faces, unit, segments, frame)
-    if len(missing):
-        return PlanarRegion(np.zeros((0, 3), np.int64), missing)
-    return PlanarRegion(_inside_of(faces, segments, n), missing)
+    faces = _delaunay(np.vstack([unit + _jitter(len(points)), frame]))
+    return _with_segments(faces, unit, segments, frame)
 
 
 def triangulate_polygon(polygon: Floats, normal: Floats) -> Ints | None:
@@ -126,8 +130,12 @@ def triangulate_polygon(polygon: Floats, normal: Floats) -> Ints | None:
     if np.cross(across[0], across[1]) @ normal < 0:
         flat = flat[:, ::-1]
     corner = np.arange(n)
-    faces = triangulate_region(flat, np.stack([corner, (corner + 1) % n], axis=1)).faces
-    return faces if len(faces) == n - 2 else None
+    faces, missing = _triangulated(flat, np.stack([corner, (corner + 1) % n], axis=1))
+    # Inside, the corners of a triangle run around as the polygon does; in the bays outside, against it.
+    a, b, c = faces.T
+    runs_along = ((a < b) & (b < c)) | ((b < c) & (c < a)) | ((c < a) & (a < b))
+    inside: Ints = faces[runs_along & (faces < n).all(1)]
+    return inside if len(missing) == 0 and len(inside) == n - 2 else None
 
 
 def _jitter(n: int) -> Floats:

@@ -5,7 +5,9 @@
     pockets (`pocket_filling`) ─┘
 
 A strip is kept where its links are no longer than `longest_link`; other stretches of its band are filled as pockets
-are.  Families (Yan et al. 2016, §5): an edge along a polyline is *latitudinal*, one that joins a child to its parent
+are.  Only the surface around these is cut and meshed for it: time goes with the pockets, not with the bands.
+
+Families (Yan et al. 2016, §5): an edge along a polyline is *latitudinal*, one that joins a child to its parent
 *longitudinal*, any other is a *pocket* edge.  Edges along a free border, and from a polyline to one, are longitudinal.
 """
 
@@ -13,10 +15,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Callable, Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranges, rows_of
 from weavecore.geometry.bisection import naked_edges
 from weavecore.geometry.lawson_flips import improve_triangles
 from weavecore.linking.arc_length import points_at
@@ -41,6 +44,8 @@ from weavecore.polling import each
 
 _STRETCH = 0.97
 """Part of the diagonal of `longest_link` that a link may have: chords are shorter than distances along the surface."""
+_REACH = 2.0
+"""Edges around a bad face, and spacings from the boundary of a band without a strip, that are filled at first."""
 _LEAN = 1.25
 """Edge lengths by which the apex of the longest link lies off one end of its base: half an edge is upright."""
 
@@ -96,13 +101,8 @@ def fill_all_bands(
     strip_faces = _faces_of_strips(strips, counts, pattern)
     longest = longest_link(latitudes.spacing, edge_length)
     bad = faces_with_long_links(strip_faces, on_boundaries, ring_edges, longest)
-    is_filled = np.ones(len(latitudes.bands), bool)
-    is_filled[np.setdiff1d(strip_faces.band, strip_faces.band[bad])] = False
-    existing = np.concatenate([ring_edges, strip_faces.where(~is_filled[strip_faces.band]).edges()])
-    nodes, filled = _fill(
-        latitudes, divided, border_nodes, on_boundaries, np.flatnonzero(is_filled), existing, edge_length
-    )
-    faces = splice(strip_faces, bad, filled, ring_edges)
+    pockets = _Pockets(latitudes, divided, border_nodes, on_boundaries, ring_edges, edge_length)
+    nodes, faces = pockets.fill(strip_faces, bad)
     if pattern.has_diagonals:
         faces = _with_better_valences(nodes, latitude, faces, ring_edges, longest)
     normals = node_normals(latitudes, latitude, station, faces, len(nodes))
@@ -151,22 +151,79 @@ def _faces_of_strips(strips: dict[int, Strip], counts: Ints, pattern: Pattern) -
     return BandFaces.concatenate(parts)
 
 
-def _fill(
-    latitudes: Latitudes,
-    divided: DividedPolylines,
-    border_nodes: FreeBorderNodes,
-    on_boundaries: Floats,
-    bands: Ints,
-    existing: Ints,
-    edge_length: float,
-) -> tuple[Floats, BandFaces]:
-    """All nodes, Steiner vertices among them, and the faces that fill some bands."""
-    if len(bands) == 0:
-        return on_boundaries, BandFaces.concatenate([])
-    filling = fill_bands(latitudes, divided.stations, border_nodes, len(on_boundaries), bands, existing, edge_length)
-    nodes = np.concatenate([on_boundaries, filling.steiner_points])
-    keys = np.unique(existing[:, 0] * np.int64(len(nodes)) + existing[:, 1])
-    return nodes, BandFaces(triangles_as_faces(improve_triangles(nodes, filling.triangles, keys)), filling.band)
+@dataclass(frozen=True, eq=False)
+class _Pockets:
+    """What the fillings of bands are made of; as of `fill_all_bands`, with the places of all nodes on boundaries."""
+
+    latitudes: Latitudes
+    divided: DividedPolylines
+    border_nodes: FreeBorderNodes
+    on_boundaries: Floats
+    ring_edges: Ints
+    edge_length: float
+
+    def fill(self, strips: BandFaces, bad: Bools) -> tuple[Floats, BandFaces]:
+        """All nodes, Steiner vertices among them, and the faces of strips, with fillings in the place of bad ones.
+
+        Fillings reach a few edges beyond bad faces and boundaries of bands without strips.  Where a stretch goes on
+        beyond that, the surface is filled further from all nodes of these bands, and at last anywhere.
+        """
+        is_filled = np.ones(len(self.latitudes.bands), bool)
+        is_filled[np.setdiff1d(strips.band, strips.band[bad])] = False
+        if not is_filled.any():
+            return self.on_boundaries, strips
+        bands = np.flatnonzero(is_filled)
+        existing = np.concatenate([self.ring_edges, strips.where(~is_filled[strips.band]).edges()])
+        at_bad = np.unique(strips.corners[bad])
+        whole, with_strips = np.setdiff1d(bands, strips.band), np.intersect1d(bands, strips.band)
+        near = at_bad[at_bad != NO_CORNER]
+        for nodes_of in (lambda some: near if some is with_strips else self._nodes_of(some), self._nodes_of, None):
+            filled = self._fill([whole, with_strips], existing, nodes_of)
+            faces, lacking = splice(strips, bad, filled.faces, self.ring_edges, filled.partial)
+            if len(lacking) == 0 and np.isin(whole, filled.faces.band).all():
+                break
+        return filled.nodes, faces
+
+    def _nodes_of(self, bands: Ints) -> Ints:
+        """The nodes on the boundaries of some bands, and on all free borders."""
+        all_bands, counts = self.latitudes.bands, self.divided.counts
+        polyline = all_bands.polyline[np.isin(rows_of(all_bands.offsets), bands)]
+        on_polylines = ranges(offsets_of(counts)[polyline], counts[polyline])
+        return np.unique(np.concatenate([on_polylines, np.arange(counts.sum(), len(self.on_boundaries))]))
+
+    def _fill(self, groups: list[Ints], existing: Ints, nodes_of: Optional[Callable[[Ints], Ints]]) -> _Filled:
+        """Fill groups of bands near some nodes of each group, or as a whole."""
+        nodes, parts, partial = self.on_boundaries, [BandFaces.concatenate([])], [np.zeros(0, np.int64)]
+        for bands in groups:
+            if len(bands) == 0:
+                continue
+            filling = fill_bands(
+                self.latitudes,
+                self.divided.stations,
+                self.border_nodes,
+                len(nodes),
+                bands,
+                existing,
+                self.edge_length,
+                near=None if nodes_of is None else self.on_boundaries[nodes_of(bands)],
+                reach=_REACH * max(self.edge_length, self.latitudes.spacing),
+            )
+            nodes = np.concatenate([nodes, filling.steiner_points])
+            parts.append(BandFaces(triangles_as_faces(filling.triangles), filling.band))
+            partial.append(filling.partial)
+        faces = BandFaces.concatenate(parts)
+        keys = np.unique(existing[:, 0] * np.int64(len(nodes)) + existing[:, 1])
+        triangles = improve_triangles(nodes, faces.corners[:, :3], keys)
+        return _Filled(nodes, BandFaces(triangles_as_faces(triangles), faces.band), np.concatenate(partial))
+
+
+@dataclass(frozen=True, eq=False)
+class _Filled:
+    """All nodes (N, 3), Steiner vertices too, the faces that fill bands, and the bands that are filled in part."""
+
+    nodes: Floats
+    faces: BandFaces
+    partial: Ints
 
 
 def _with_better_valences(

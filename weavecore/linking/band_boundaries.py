@@ -95,8 +95,8 @@ class BandBoundaries:
         Of a curve along edges: whether it is the left side of its polyline.
     node_index : (M,) int64
         Which node of its polyline or free border is nearest to each mark along the curve.
-    first_halfedge : (K,) int64
-        Of a curve along edges: its first halfedge; of others -1.
+    along : (M,) int64
+        Of a curve along edges: the border halfedge on which each mark lies; of others -1.
     """
 
     marks: Marks
@@ -105,7 +105,7 @@ class BandBoundaries:
     polyline: Ints
     is_left: Bools
     node_index: Ints
-    first_halfedge: Ints
+    along: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,9 +239,7 @@ def _locate(latitudes: Latitudes, mesh: OpenMesh, sampled: _SampledPolylines) ->
 
     points = points_at(polylines, sampled.polyline[rows_of(offsets)], sampled.station)
     marks = Marks(after, before, vertex, halfedge, part, face)
-    return BandBoundaries(
-        marks, points, offsets, sampled.polyline, sampled.is_left, sampled.node_index, along[offsets[:-1]]
-    )
+    return BandBoundaries(marks, points, offsets, sampled.polyline, sampled.is_left, sampled.node_index, along)
 
 
 def _locate_on_edges(
@@ -303,7 +301,7 @@ def _with_free_borders(boundaries: BandBoundaries, mesh: OpenMesh, border_nodes:
     n_marks = len(boundaries.node_index)
     rows = [_locate_on_border(border, at, mesh) for border, at in zip(borders, border_nodes.stations)]
     offsets = offsets_of([len(row[0]) for row in rows])
-    vertex, halfedge, part, points, index = (np.concatenate(column) for column in zip(*rows))
+    vertex, halfedge, part, points, index, along = (np.concatenate(column) for column in zip(*rows))
     vertex = np.where(vertex == NONE, len(mesh.vertices) + n_marks + np.arange(len(vertex)), vertex)
     after, before = _neighbours_around(offsets)
     old = boundaries.marks
@@ -321,12 +319,14 @@ def _with_free_borders(boundaries: BandBoundaries, mesh: OpenMesh, border_nodes:
         np.concatenate([boundaries.polyline, np.full(len(borders), NONE)]),
         np.concatenate([boundaries.is_left, np.ones(len(borders), bool)]),
         np.concatenate([boundaries.node_index, index]),
-        np.concatenate([boundaries.first_halfedge, [border.halfedge[0] for border in borders]]),
+        np.concatenate([boundaries.along, along]),
     )
 
 
-def _locate_on_border(border: FreeBorder, nodes: Floats, mesh: OpenMesh) -> tuple[Ints, Ints, Floats, Floats, Ints]:
-    """Marks of a free border: vertex or -1, halfedge that a sample splits, part of it, point, and nearest node."""
+def _locate_on_border(
+    border: FreeBorder, nodes: Floats, mesh: OpenMesh
+) -> tuple[Ints, Ints, Floats, Floats, Ints, Ints]:
+    """Marks of a free border: vertex or -1, halfedge that it splits, part of it, point, nearest node, halfedge."""
     start, station, index = _insert_samples(border.stations, border.length, nodes, closed=border.closed)
     is_point = np.diff(start, prepend=NONE) > 0
     if not border.closed:
@@ -339,7 +339,7 @@ def _locate_on_border(border: FreeBorder, nodes: Floats, mesh: OpenMesh) -> tupl
     part = border.part[start] + (ends - border.part[start]) * (station - border.stations[start]) / size
     vertex = np.where(is_point, mesh.faces.ravel()[halfedge], NONE)
     points = points_on_border(border, station)
-    return vertex, np.where(is_point, NONE, halfedge), np.where(is_point, 0.0, part), points, index
+    return vertex, np.where(is_point, NONE, halfedge), np.where(is_point, 0.0, part), points, index, halfedge
 
 
 def _neighbours_around(offsets: Ints) -> tuple[Ints, Ints]:

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, sorted_unique
 from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.matching import ALONE, match_best
 from weavecore.linking.ring_to_parent import Strip
@@ -75,8 +75,9 @@ class BandFaces:
     def edges(self) -> Ints:
         """(E, 2) the edges, each once, the lesser node first, sorted."""
         tail, head, _ = self.sides()
-        edges: Ints = np.unique(np.sort(np.c_[tail, head], axis=1), axis=0)
-        return edges
+        n = np.int64(max(tail.max(initial=0), head.max(initial=0)) + 1)
+        keys = sorted_unique(np.minimum(tail, head) * n + np.maximum(tail, head))
+        return np.stack([keys // n, keys % n], axis=1)
 
 
 def faces_of_strip(strip: Strip, parent_nodes: Ints, child_nodes: Ints, *, has_diagonals: bool) -> Ints:
@@ -254,7 +255,7 @@ def faces_with_long_links(faces: BandFaces, nodes: Floats, ring_edges: Ints, lon
     return flag
 
 
-def splice(strips: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -> BandFaces:
+def splice(strips: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints, partial: Ints) -> tuple[BandFaces, Ints]:
     """The faces of strips, with every stretch that has a bad face replaced by that of the filling.
 
     Parameters
@@ -267,6 +268,14 @@ def splice(strips: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -
         Of bands without a strip, and of all those that have a bad face.
     ring_edges : (N, 2) int64
         The edges along the rings, the lesser node first.
+    partial : (b,) int64
+        Bands that are filled in part.
+
+    Returns
+    -------
+    faces : BandFaces
+    lacking : (l,) int64
+        Of the partial bands those whose filling is too small: the faces are wrong there.
     """
     both = BandFaces.concatenate([strips, filled])
     n_strips, n = len(strips.corners), len(both.corners)
@@ -274,28 +283,40 @@ def splice(strips: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints) -
     of_strip = face < n_strips
     # Two bands share each ring, so sides of two bands are different even where their nodes are the same.
     low, high = np.minimum(tail, head), np.maximum(tail, head)
-    side = np.unique(np.c_[both.band[face], low, high], axis=0, return_inverse=True)[1].ravel()
-    is_shared = np.isin(side, np.intersect1d(side[of_strip], side[~of_strip]))
+    n_nodes = np.int64(high.max(initial=0) + 1)
+    side = np.unique((both.band[face] * n_nodes + low) * n_nodes + high, return_inverse=True)[1].ravel()
+    has = [np.zeros(side.max(initial=-1) + 1, bool) for _ in range(2)]
+    has[0][side[of_strip]] = has[1][side[~of_strip]] = True
+    is_shared = (has[0] & has[1])[side]
     on_ring = are_among(tail, head, ring_edges)
     # Faces of one kind are connected across sides that only they have; the two kinds are connected along the rings.
     connects = on_ring == is_shared
     group = 3 * side + np.where(on_ring, 2, of_strip)
     stretch = _components(face[connects], group[connects], n)
-    is_bad = np.zeros(stretch.max(initial=-1) + 1, bool)
+    n_stretches = int(stretch.max(initial=-1)) + 1
+    is_bad = np.zeros(n_stretches, bool)
     is_bad[stretch[:n_strips][bad]] = True
-    has_strip = np.zeros(len(is_bad), bool)
+    has_strip = np.zeros(n_stretches, bool)
     has_strip[stretch[:n_strips]] = True
     from_strip = np.arange(n) < n_strips
     kept = np.where(from_strip, ~is_bad[stretch], is_bad[stretch] | ~has_strip[stretch])
     # Around small rings two nodes may be joined on either side; then the two kinds cannot be mixed.
-    clashing = np.isin(both.band, _bands_with_double_sides(both.where(kept))) & np.isin(both.band, filled.band)
-    return both.where(np.where(clashing, ~from_strip, kept))
+    clashing = _bands_with_double_sides(both.where(kept))
+    kept = np.where(np.isin(both.band, clashing) & np.isin(both.band, filled.band), ~from_strip, kept)
+    # The two kinds of a stretch have the same border where the filling goes on to its ends.
+    place = np.unique(stretch[face] * np.int64(len(has[0])) + side, return_inverse=True)[1].ravel()
+    excess = np.bincount(place, np.where((tail < head) == of_strip, 1.0, -1.0))
+    differs = is_bad[stretch[face]] & (excess[place] != 0)
+    without_strip = np.setdiff1d(filled.band, strips.band)
+    lacking = np.concatenate([both.band[face[differs]], clashing, without_strip])
+    return both.where(kept), np.intersect1d(partial, lacking)
 
 
 def _bands_with_double_sides(faces: BandFaces) -> Ints:
     """Bands in which two faces run the same way along one side."""
     tail, head, face = faces.sides()
-    _, side, times = np.unique(np.c_[tail, head], axis=0, return_inverse=True, return_counts=True)
+    keys = tail * np.int64(head.max(initial=0) + 1) + head
+    _, side, times = np.unique(keys, return_inverse=True, return_counts=True)
     bands: Ints = np.unique(faces.band[face[times[side.ravel()] > 1]])
     return bands
 

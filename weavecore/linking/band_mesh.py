@@ -1,7 +1,7 @@
 """The surface of some bands as triangles of their own, with the nodes of the lattice on its boundary.
 
-1. The mesh, opened along its cuts, is cut along the boundary curves of the bands (`band_boundaries`, `geometry.cut`).
-   What the curves leave of a face are *cells*.
+1. The mesh, opened along its cuts, is cut along the boundary curves of the bands (`band_boundaries`, `geometry.cut`):
+   all of it, or a *window*, the faces around some points.  What the curves leave of a face are *cells*.
 2. Cells become triangles, by their number of sides:
 
        3 or 4             more                     a side with many marks          folded (a curve turns back)
@@ -21,15 +21,18 @@ Time is O(N log N) for N triangles.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import Optional
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from weavecore.errors import TooMuchWork
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of, ranges, rows_of, sorted_unique
 from weavecore.geometry.bisection import bisect_edges, bisect_long_edges, expected_bisections
-from weavecore.geometry.cut import NONE, CellComplex, cut_along
+from weavecore.geometry.cut import NONE, CellComplex, Marks, cut_along
+from weavecore.geometry.halfedges import NO_TWIN, halfedge_ends
 from weavecore.geometry.needles import divide_needles
 from weavecore.geometry.triangulate2d import MIN_CROWD, triangulate_crowded_side, triangulate_polygon
 from weavecore.linking.band_boundaries import BandBoundaries, OpenMesh, open_mesh, trace_band_boundaries
@@ -66,6 +69,8 @@ class BandMesh:
         The copy of a node to which a boundary point belongs, -1 of an inner point.
     copy_band, copy_node : (s,) int64
         The band in which each copy is, and its node.
+    is_outer : (n,) bool
+        Points where the mesh ends though its band goes on.
     """
 
     points: Floats
@@ -74,10 +79,92 @@ class BandMesh:
     copy: Ints
     copy_band: Ints
     copy_node: Ints
+    is_outer: Bools
+
+
+@dataclass(frozen=True, eq=False)
+class _Window:
+    """Some faces of an open mesh, as a mesh of their own with the same vertices.
+
+    Parameters
+    ----------
+    faces : (f, 3) int64
+    twins : (3f,) int64
+    is_outer : (V,) bool
+        Vertices of edges beyond which a face was left out.
+    number : (F,) int64
+        Number of each face of the whole mesh here, -1 where it was left out.
+    """
+
+    faces: Ints
+    twins: Ints
+    is_outer: Bools
+    number: Ints
+
+    def halfedges(self, halfedge: Ints) -> Ints:
+        """The same halfedges here, -1 where there are none."""
+        face = np.where(halfedge == NONE, NONE, self.number[halfedge // 3])
+        return np.where(face == NONE, NONE, 3 * face + halfedge % 3)
+
+    def marks(self, marks: Marks, twins: Ints) -> Marks:
+        """The marks of curves on the whole mesh, with its ``twins``, on the edges and faces that are here."""
+        here = self.halfedges(marks.halfedge)
+        twin = np.where(marks.halfedge == NONE, NONE, twins[marks.halfedge])
+        there = self.halfedges(twin)
+        is_turned = (here == NONE) & (there != NONE)
+        face = np.where(marks.face == NONE, NONE, self.number[marks.face])
+        part = np.where(is_turned, 1.0 - marks.part, marks.part)
+        return replace(marks, halfedge=np.where(is_turned, there, here), part=part, face=face)
+
+
+def _window(mesh: OpenMesh, kept: Ints) -> _Window:
+    """Some faces of a mesh."""
+    n = len(mesh.faces)
+    number = np.full(n, NONE, np.int64)
+    number[kept] = np.arange(len(kept))
+    twins = mesh.twins.reshape(-1, 3)[kept].ravel()
+    face = np.where(twins == NO_TWIN, NONE, number[twins // 3])
+    faces = mesh.faces[kept]
+    is_outer = np.zeros(len(mesh.vertices), bool)
+    for end in halfedge_ends(faces):
+        is_outer[end[(face == NONE) & (twins != NO_TWIN)]] = True
+    return _Window(faces, np.where(face == NONE, NO_TWIN, 3 * face + twins % 3), is_outer, number)
+
+
+def _faces_near(mesh: OpenMesh, side_lengths: Floats, near: Floats, reach: float) -> Ints:
+    """The faces that come within reach of some points, and a few more; ``side_lengths`` (3F,) are of all faces."""
+    most = reach + float(side_lengths.max(initial=0.0))
+    is_maybe = _are_in_cubes_around(mesh.vertices, near, most)
+    maybe = np.flatnonzero(is_maybe)
+    distance = np.full(len(mesh.vertices), np.inf)
+    distance[maybe] = cKDTree(near).query(mesh.vertices[maybe], distance_upper_bound=most)[0]
+    face = np.flatnonzero(is_maybe[mesh.faces].any(1))
+    least = distance[mesh.faces[face]].min(1)
+    # No point of a face is further from one of its corners than its longest side.
+    near_faces: Ints = face[least <= reach + side_lengths.reshape(-1, 3)[face].max(1)]
+    return near_faces
+
+
+def _are_in_cubes_around(points: Floats, near: Floats, size: float) -> Bools:
+    """Whether points lie in the cube of one of some others, or in one beside it; all within its size do."""
+    low = np.minimum(points.min(0), near.min(0)) - size
+    shape = ((np.maximum(points.max(0), near.max(0)) - low) / size).astype(np.int64) + 2
+    steps = np.array([1, shape[0], shape[0] * shape[1]])
+    cubes = sorted_unique(((near - low) / size).astype(np.int64) @ steps)
+    around = cubes[:, None] + np.array(list(product((-1, 0, 1), repeat=3))) @ steps
+    at = ((points - low) / size).astype(np.int64) @ steps
+    return np.isin(at, sorted_unique(around.ravel()))
 
 
 def mesh_bands(
-    latitudes: Latitudes, stations: list[Floats], border_nodes: FreeBorderNodes, bands: Ints, edge_length: float
+    latitudes: Latitudes,
+    stations: list[Floats],
+    border_nodes: FreeBorderNodes,
+    bands: Ints,
+    edge_length: float,
+    *,
+    near: Optional[Floats] = None,
+    reach: float = 0.0,
 ) -> BandMesh:
     """Cut bands out of the surface.
 
@@ -91,6 +178,9 @@ def mesh_bands(
         The bands to cut out.
     edge_length : float
         Of the lattice.  Inner edges of the band mesh are half as long at most.
+    near : (k, 3) float64, optional
+        Faces beyond ``reach`` from these points are left out.
+    reach : float
 
     Raises
     ------
@@ -100,12 +190,16 @@ def mesh_bands(
     all_bands = latitudes.bands
     sides = np.flatnonzero(np.isin(rows_of(all_bands.offsets), bands))
     mesh = open_mesh(latitudes.surface)
+    every = np.arange(len(mesh.faces))
+    window = _window(mesh, every if near is None else _faces_near(mesh, latitudes.surface.edge_lengths, near, reach))
     boundaries = trace_band_boundaries(latitudes, mesh, stations, border_nodes, sides)
-    cells = cut_along(mesh.faces, mesh.twins, boundaries.marks)
-    side_curve, side_piece = _curves_of_sides(latitudes, boundaries, cells, sides)
-    band_of_piece = np.full(max(int(cells.cell_piece.max()), int(cells.face_piece.max())) + 1, NONE, np.int64)
-    band_of_piece[side_piece] = rows_of(all_bands.offsets)[sides]
-    points, triangles, band = _triangulate(mesh, boundaries, cells, band_of_piece)
+    marks = window.marks(boundaries.marks, mesh.twins)
+    cells = cut_along(window.faces, window.twins, marks)
+    along = window.halfedges(boundaries.along)
+    side_curve = _curves_of_sides(latitudes, boundaries, sides)
+    band_of_piece = _bands_of_pieces(latitudes, boundaries, cells, along, sides, side_curve)
+    vertices = np.concatenate([mesh.vertices, boundaries.points])
+    points, triangles, band = _triangulate(window.faces, vertices, cells, band_of_piece)
     point, point_band, local = _separate(triangles, band, boundaries.marks.vertex, len(points), len(all_bands))
 
     copies = _Copies(latitudes, stations, border_nodes, sides)
@@ -116,23 +210,26 @@ def mesh_bands(
         copy[at] = copies.of_side(rank)[index]
     n_polylines = len(boundaries.polyline) - len(border_nodes.borders)
     for k, border in enumerate(border_nodes.borders):
-        piece = cells.edge_piece[border.halfedge[0]]
-        border_band = int(band_of_piece[piece]) if border.closed else copies.band_of_border(k)
+        on_border = along[boundaries.offsets[n_polylines + k] : boundaries.offsets[n_polylines + k + 1]]
+        own = band_of_piece[cells.edge_piece[on_border[on_border != NONE]]]
+        border_band = int(own.max(initial=NONE)) if border.closed else copies.band_of_border(k)
         if border_band != NONE:
             at, index = finder.of_curve(n_polylines + k, border_band)
             copy[at] = copies.of_border(k)[index]
+    is_outer = _outer_points(window, marks, len(points))[point]
     used, number = np.unique(copy[copy != NONE], return_inverse=True)
     copy_band = np.zeros(len(used), np.int64)
     copy_band[number] = point_band[copy != NONE]
     copy[copy != NONE] = number
-    whole = BandMesh(points[point], local, point_band, copy, copy_band, copies.node[used])
+    whole = BandMesh(points[point], local, point_band, copy, copy_band, copies.node[used], is_outer)
     return _with_short_edges(whole, _LONGEST_EDGE * edge_length)
 
 
 def _with_short_edges(mesh: BandMesh, longest: float) -> BandMesh:
     """The same mesh with its long inner edges divided."""
     mesh = _refined(mesh, *divide_needles(mesh.points, mesh.triangles, longest))
-    n_expected = expected_bisections(mesh.points, mesh.triangles, longest) / _TRIANGLES_PER_POINT
+    n_triangles = expected_bisections(mesh.points, mesh.triangles, longest, is_loose=mesh.is_outer)
+    n_expected = n_triangles / _TRIANGLES_PER_POINT
     if n_expected > MOST_POINTS:
         corners = mesh.points[mesh.triangles]
         widest = corners[np.ptp(corners, axis=1).max(1).argmax()].mean(0)
@@ -142,7 +239,7 @@ def _with_short_edges(mesh: BandMesh, longest: float) -> BandMesh:
             remedy="Use longer edges or a larger spacing.",
             points=[widest.tolist()],
         )
-    return _refined(mesh, *bisect_long_edges(mesh.points, mesh.triangles, longest))
+    return _refined(mesh, *bisect_long_edges(mesh.points, mesh.triangles, longest, is_loose=mesh.is_outer))
 
 
 def split_edges_of(mesh: BandMesh, chosen: Bools) -> BandMesh:
@@ -159,36 +256,56 @@ def split_edges_of(mesh: BandMesh, chosen: Bools) -> BandMesh:
 
 def _refined(mesh: BandMesh, points: Floats, triangles: Ints, origin: Ints) -> BandMesh:
     inner = np.full(len(points) - len(mesh.points), NONE, np.int64)
-    copy = np.concatenate([mesh.copy, inner])
-    return BandMesh(points, triangles, mesh.band[origin], copy, mesh.copy_band, mesh.copy_node)
+    copy, is_outer = np.concatenate([mesh.copy, inner]), np.concatenate([mesh.is_outer, np.zeros(len(inner), bool)])
+    return BandMesh(points, triangles, mesh.band[origin], copy, mesh.copy_band, mesh.copy_node, is_outer)
 
 
-def _curves_of_sides(
-    latitudes: Latitudes, boundaries: BandBoundaries, cells: CellComplex, sides: Ints
-) -> tuple[Ints, Ints]:
-    """For each side its boundary curve, and the piece of the mesh that lies on it."""
+def _curves_of_sides(latitudes: Latitudes, boundaries: BandBoundaries, sides: Ints) -> Ints:
+    """The boundary curve of each side."""
     bands = latitudes.bands
     is_ring = boundaries.polyline != NONE
     on_edges = latitudes.generation[boundaries.polyline[is_ring]] == 0
     curve_key = 2 * boundaries.polyline[is_ring] + (on_edges & ~boundaries.is_left[is_ring])
     polyline, is_left = bands.polyline[sides], bands.is_left[sides]
-    curve = np.searchsorted(curve_key, 2 * polyline + ((latitudes.generation[polyline] == 0) & ~is_left))
-    mark = boundaries.offsets[curve]
-    across = np.where(is_left, cells.left_piece[mark], cells.right_piece[mark])
-    return curve, np.where(on_edges[curve], cells.edge_piece[boundaries.first_halfedge[curve]], across)
+    curve: Ints = np.searchsorted(curve_key, 2 * polyline + ((latitudes.generation[polyline] == 0) & ~is_left))
+    return curve
 
 
-def _triangulate(
-    mesh: OpenMesh, boundaries: BandBoundaries, cells: CellComplex, band_of_piece: Ints
-) -> tuple[Floats, Ints, Ints]:
+def _bands_of_pieces(
+    latitudes: Latitudes, boundaries: BandBoundaries, cells: CellComplex, along: Ints, sides: Ints, curve: Ints
+) -> Ints:
+    """The band of each piece that lies on a side of one of the wanted bands, -1 of the others."""
+    bands = latitudes.bands
+    n_marks = np.diff(boundaries.offsets)[curve]
+    mark, side = ranges(boundaries.offsets[curve], n_marks), np.repeat(sides, n_marks)
+    across = np.where(bands.is_left[side], cells.left_piece[mark], cells.right_piece[mark])
+    on_edges = latitudes.generation[bands.polyline[side]] == 0
+    beside = np.where(along[mark] == NONE, NONE, cells.edge_piece[along[mark]])
+    piece = np.where(on_edges, beside, across)
+    band_of_piece = np.full(max(int(cells.cell_piece.max(initial=NONE)), int(cells.face_piece.max())) + 1, NONE)
+    band_of_piece[piece[piece != NONE]] = rows_of(bands.offsets)[side[piece != NONE]]
+    return band_of_piece
+
+
+def _outer_points(window: _Window, marks: Marks, n: int) -> Bools:
+    """(n,) the outer vertices of a window, and the marks between two of them on an edge where it ends."""
+    is_outer = np.zeros(n, bool)
+    is_outer[: len(window.is_outer)] = window.is_outer
+    split = np.flatnonzero(marks.halfedge != NONE)
+    split = split[window.twins[marks.halfedge[split]] == NO_TWIN]
+    tail, head = (ends[marks.halfedge[split]] for ends in halfedge_ends(window.faces))
+    is_outer[marks.vertex[split[window.is_outer[tail] & window.is_outer[head]]]] = True
+    return is_outer
+
+
+def _triangulate(faces: Ints, points: Floats, cells: CellComplex, band_of_piece: Ints) -> tuple[Floats, Ints, Ints]:
     """Points, triangles and the band of each triangle: whole faces, small cells, and large cells."""
-    points = np.concatenate([mesh.vertices, boundaries.points])
     face_band = np.where(cells.face_piece == NONE, NONE, band_of_piece[cells.face_piece])
     whole = np.flatnonzero(face_band != NONE)
     small, small_cell = _small_cells(cells, band_of_piece)
     large_points, large, large_cell = _large_cells(cells, points, band_of_piece)
     cell_band = band_of_piece[cells.cell_piece]
-    triangles = np.concatenate([mesh.faces[whole], small, large])
+    triangles = np.concatenate([faces[whole], small, large])
     band = np.concatenate([face_band[whole], cell_band[small_cell], cell_band[large_cell]])
     return np.concatenate([points, large_points]), triangles, band
 
@@ -354,11 +471,12 @@ class _BoundaryPoints:
         self._n = np.int64(n)
 
     def of_curve(self, curve: int, band: int) -> tuple[Ints, Ints]:
-        """The points along a curve as a band has them, and the index of the nearest node of each."""
+        """The points along a curve that a band has, as it has them, and the index of the nearest node of each."""
         part = slice(self._boundaries.offsets[curve], self._boundaries.offsets[curve + 1])
         wanted = band * self._n + self._boundaries.marks.vertex[part]
-        at = self._order[np.searchsorted(self._key, wanted, sorter=self._order)]
-        return at, self._boundaries.node_index[part]
+        rank = np.minimum(np.searchsorted(self._key, wanted, sorter=self._order), len(self._order) - 1)
+        is_there = self._key[self._order[rank]] == wanted
+        return self._order[rank[is_there]], self._boundaries.node_index[part][is_there]
 
 
 class _Copies:

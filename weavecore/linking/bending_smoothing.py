@@ -44,9 +44,8 @@ from weavecore.linking.bending_terms import (
 )
 from weavecore.linking.node_placement import CORNER_TURN
 from weavecore.linking.normal_equations import BandTerm, NormalEquations
-from weavecore.linking.rod_runs import RodRuns, find_runs
+from weavecore.linking.rod_runs import RodRuns, find_runs, partners_of
 from weavecore.model.lattice import Lattice
-from weavecore.model.rod_pairing import pair_darts
 from weavecore.model.surface import SurfaceMesh
 from weavecore.polling import poll
 
@@ -116,14 +115,15 @@ def smooth_bending(
     diameter = lattice.assumed_diameter if rod_diameter is None else rod_diameter
     place = _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes))
     problem = _Problem(lattice, sites, diameter, 1.0 / (admissible_radius * diameter))
-    known = None
+    smoothed, known = lattice, None
     for _ in range(_ROUNDS):
-        partner = pair_darts(replace(lattice, nodes=place.nodes))
+        partner = partners_of(smoothed)
         if known is not None and np.array_equal(partner, known):
             break
         problem.take(find_runs(lattice.edges, partner))
         place, known = _descend(problem, place), partner
-    return replace(lattice, nodes=place.nodes, node_station=place.station, off_latitudes=is_free)
+        smoothed = replace(lattice, nodes=place.nodes, node_station=place.station, off_latitudes=is_free)
+    return smoothed
 
 
 @dataclass(frozen=True, eq=False)

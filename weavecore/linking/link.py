@@ -42,6 +42,7 @@ from weavecore.linking.kagome import kagome_lattice
 from weavecore.linking.node_counts import count_nodes
 from weavecore.linking.patterns import PATTERNS, Pattern, pattern_named
 from weavecore.linking.ring_to_parent import DividedPolylines, join_rings_to_parents
+from weavecore.linking.rod_runs import partners_of
 from weavecore.linking.small_rings import FEWEST_EDGES, leave_out_small_rings
 from weavecore.linking.tangential_smoothing import smooth_tangentially
 from weavecore.linking.untangling import untangle
@@ -49,7 +50,7 @@ from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import Lattice
 from weavecore.model.lattice_fit import inverted_faces
 from weavecore.model.rod_ends import count_short_rods
-from weavecore.model.rod_pairing import MOST_TURN, pair_darts, turns_between
+from weavecore.model.rod_pairing import MOST_TURN, turns_between
 from weavecore.texts import rough_count
 
 Progress = Optional[Callable[[float, str], None]]
@@ -221,7 +222,7 @@ def _linked_with_few_short_rods(
     def link(design: Pattern, fewest: float) -> tuple[Lattice, tuple[int, int], float]:
         kept = leave_out_small_rings(latitudes, length, fewest=fewest)
         lattice = kept.restore(_link_design(kept.latitudes, length, design, None, progress))
-        short, n_rods = count_short_rods(pair_darts(lattice))
+        short, n_rods = count_short_rods(partners_of(lattice))
         return lattice, (len(inverted_faces(lattice)), short), short / max(n_rods, 1)
 
     fewest = FEWEST_EDGES
@@ -276,17 +277,17 @@ def _without_new_breaks(before: Lattice, after: Lattice) -> Lattice:
 
     The latter where clearly fewer rods are short then.
     """
-    partner, tail, head = pair_darts(before), before.edges.ravel(), before.edges[:, ::-1].ravel()
+    partner, tail, head = partners_of(before), before.edges.ravel(), before.edges[:, ::-1].ravel()
     known = np.flatnonzero(partner != ALONE)
     back, found = np.zeros(before.n_nodes, bool), after
-    smoothed = onward = pair_darts(after)
+    smoothed = onward = partners_of(after)
     for _ in range(_MOST_REVERTS):
         ended = known[(onward[known] == ALONE) & (turns_between(found, known, partner[known]) > MOST_TURN)]
         if len(ended) == 0:
             break
         back[tail[ended]] = back[head[ended]] = back[head[partner[ended]]] = True
         found = _moved_back(before, found, back)
-        onward = pair_darts(found)
+        onward = partners_of(found)
     fewer = count_short_rods(smoothed)[0] - count_short_rods(onward)[0]
     return found if fewer > _LITTLE_GAIN and len(inverted_faces(found)) <= len(inverted_faces(after)) else after
 

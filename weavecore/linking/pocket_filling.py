@@ -16,14 +16,18 @@ on the surface of the band (geodesic Delaunay triangulation; Peyré and Cohen 20
    `STEINER_DEPTH`; and wherever the topology needs one: in a region that is not a disc, or between two sites that
    meet twice.  Where no vertex of the mesh is far enough from the boundary the edges there are bisected.
 
-The Euler characteristic of each filling is compared with that of the band.  Each round is O(N log N) for N vertices
-of the band mesh; a band in which no Steiner vertex fits is refused as soon as that is certain.
+Where only a part of a band is filled the mesh ends inside it.  Regions that reach there are *outer*: they are not
+looked at, and their triangles are left out.
+
+The Euler characteristic of each filling of a whole band is compared with that of the band.  Each round is O(N log N)
+for N vertices of the band mesh; a band in which no Steiner vertex fits is refused as soon as that is certain.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Optional
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
@@ -63,11 +67,14 @@ class Filling:
         Nodes, counter-clockwise seen from outside; numbers of Steiner vertices follow those of the nodes.
     band : (t,) int64
     steiner_points : (k, 3) float64
+    partial : (b,) int64
+        Bands that are filled in part.
     """
 
     triangles: Ints
     band: Ints
     steiner_points: Floats
+    partial: Ints
 
 
 def fill_bands(
@@ -78,6 +85,9 @@ def fill_bands(
     bands: Ints,
     existing_edges: Ints,
     edge_length: float,
+    *,
+    near: Optional[Floats] = None,
+    reach: float = 0.0,
 ) -> Filling:
     """Fill bands of any topology with triangles.
 
@@ -95,6 +105,10 @@ def fill_bands(
         Pairs of nodes that are joined already, the lesser first; no other edge may join them.
     edge_length : float
         Wanted length of the edges.
+    near : (k, 3) float64, optional
+        Bands are filled within ``reach`` of these points only, up to the last triangle that does not depend on what
+        lies beyond.
+    reach : float
 
     Raises
     ------
@@ -103,7 +117,7 @@ def fill_bands(
     TooMuchWork
         Where no Steiner vertex fits however fine the mesh is, or that would have too many points.
     """
-    mesh = mesh_bands(latitudes, stations, border_nodes, bands, edge_length)
+    mesh = mesh_bands(latitudes, stations, border_nodes, bands, edge_length, near=near, reach=reach)
     graph = EdgeGraph(mesh)
     voronoi = VoronoiRegions(mesh, graph, np.zeros(0, np.int64))
     steiner = _wide_places(voronoi, edge_length)
@@ -126,9 +140,11 @@ def fill_bands(
     else:
         raise _too_small(bands)
     site_band = np.concatenate([mesh.copy_band, mesh.band[steiner]])
-    _check_euler(latitudes, voronoi, site_band, bands)
+    partial = np.union1d(site_band[voronoi.is_outer], np.setdiff1d(bands, site_band))
+    _check_euler(latitudes, voronoi, site_band, np.setdiff1d(bands, partial))
     triangles = voronoi.dual.triangles
-    return Filling(site_node[triangles], site_band[triangles[:, 0]], mesh.points[steiner])
+    triangles = triangles[~voronoi.is_outer[triangles].any(1)]
+    return Filling(site_node[triangles], site_band[triangles[:, 0]], mesh.points[steiner], partial)
 
 
 def _wide_places(voronoi: VoronoiRegions, edge_length: float) -> Ints:
@@ -199,7 +215,8 @@ def _bad_links(voronoi: VoronoiRegions, site_node: Ints, existing_edges: Ints) -
     repeated = np.ones(len(inner), bool)
     repeated[np.unique(key[inner], return_index=True)[1]] = False
     existing = np.isin(key[inner], existing_edges[:, 0] * n + existing_edges[:, 1])
-    bad: Ints = inner[repeated | existing | (pair[inner, 0] == pair[inner, 1])]
+    wrong = repeated | existing | (pair[inner, 0] == pair[inner, 1])
+    bad: Ints = inner[wrong & ~voronoi.is_outer[dual.links[inner]].any(1)]
     return bad
 
 
@@ -298,6 +315,8 @@ class VoronoiRegions:
     source : (n,) int64
         The point where that path ends.
     site : (n,) int64
+    is_outer : (s,) bool
+        Sites whose regions end where the mesh does though its band goes on.
     """
 
     def __init__(self, mesh: BandMesh, graph: EdgeGraph, steiner: Ints) -> None:
@@ -310,6 +329,8 @@ class VoronoiRegions:
         self.site: Ints = site[self.source]
         self.n_steiner = len(steiner)
         self.n_sites = len(mesh.copy_node) + len(steiner)
+        self.is_outer: Bools = np.zeros(self.n_sites, bool)
+        self.is_outer[self.site[mesh.is_outer]] = True
 
     @cached_property
     def dual(self) -> DualTriangulation:
@@ -344,7 +365,7 @@ class VoronoiRegions:
             - np.bincount(x[x == y], minlength=self.n_sites)
             + np.bincount(corner[whole, 0], minlength=self.n_sites)
         )
-        return np.flatnonzero(euler != 1)
+        return np.flatnonzero((euler != 1) & ~self.is_outer)
 
     def deepest(self, groups: Ints, points: Ints, n_groups: int, least: float) -> Ints:
         """Of each group of points the deepest; -1 where none is deeper than ``least``.

@@ -13,15 +13,36 @@ next.  A place inside a rod is a *joint*.  Arrays over places are (3, Q) or (Q,)
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Ints, offsets_of, order_cycles, ranges
 from weavecore.geometry.matching import ALONE
+from weavecore.model.lattice import Lattice
+from weavecore.model.rod_pairing import pair_darts
 from weavecore.polling import poll
 
 GHOSTS = 3
 """Places beyond the ends of a closed rod, and before the first and after the last of all: as far as stencils reach."""
+
+
+_PARTNERS: WeakKeyDictionary[Lattice, Ints] = WeakKeyDictionary()
+"""The partners of lattices that were asked for them: each is asked several times."""
+
+
+def partners_of(lattice: Lattice) -> Ints:
+    """The dart (2E,) on which a rod goes on from each; see `weavecore.model.rod_pairing.pair_darts`.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    """
+    known = _PARTNERS.get(lattice)
+    if known is None:
+        known = _PARTNERS[lattice] = pair_darts(lattice)
+        known.flags.writeable = False
+    return known
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,16 +22,19 @@ planar contours, CACM 20, 1977).  The cheapest one is found, of the cost
 
 With *even cells* every cell has an even number of sides: an apex advances by an odd number, or stays for two nodes.
 
-A walk that is cut open at one edge and begins at a given apex is a shortest path by rows (Viterbi).  The cheapest
-closed walk is the best over all first apexes.  They are carried along together, with all divisions of the child, as
-axes of one array: a handful each.  (The divide and conquer of Fuchs et al., and of Maes, On a cyclic string-to-string
-correction problem, IPL 35, 1990, needs walks that do not cross without meeting; walks of even cells do.)
+A walk that is cut open at one edge and begins at a given apex is a shortest path by rows.  The cheapest closed walk is
+the best over all first apexes.  The least costs from each apex of a row to each of a later row make a matrix, and two
+of them, of rows that follow one another, a product in which least sums stand for sums of products (*min-plus*, Cormen
+et al., Introduction to Algorithms, ch. 25).  So rows are joined two by two, all pairs and divisions at once, until one
+matrix is left; its diagonal has the costs of closed walks.  The best is followed back from product to product.  (The
+divide and conquer of Fuchs et al., and of Maes, On a cyclic string-to-string correction problem, IPL 35, 1990, needs
+walks that do not cross without meeting; walks of even cells do.)
 
 Rows hold the apexes within a reach of the nearest one.  With R_i the least s of row i, any walk through an apex of
 slant x in row i costs at least Σ_j R_j - R_i + s(x) + 2 (m - Σ t)² / n.  Where that is more than the cost found for
 every apex out of reach, the walk is the cheapest of all; else the reach grows until it is.
 
-Time is O(n w² a d): w apexes a row (5, as a rule), a advances, d divisions.
+Time is O(n w³ d): w apexes a row (5, as a rule; twice as many states with even cells), d divisions.
 """
 
 from __future__ import annotations
@@ -55,8 +58,6 @@ _REACH = 2
 _DIGITS = 6
 """Costs are compared to so many digits where walks of equal cost would be told apart by rounding."""
 
-_ROUNDING = 1e-9
-"""Part of a cost by which sums in another order may differ, and much more."""
 _MOST_BACK = 1.0
 """Edges of the parent by which projections may run back along the child and still be unwrapped."""
 
@@ -267,10 +268,12 @@ class _Strip:
         return cost
 
     def advance_costs(self, advances: Ints) -> Floats:
-        """Cost (n, a) of advances (a,) from each row to the next."""
-        cost: Floats = _IRREGULAR_COST * (advances - self.target[:, None]).astype(np.float64) ** 2
+        """Cost of advances (n, …) from each row to the next; infinite of those below 0."""
+        target = self.target.reshape(-1, *[1] * (advances.ndim - 1))
+        cost: Floats = _IRREGULAR_COST * (advances - target).astype(np.float64) ** 2
+        cost[advances < 0] = np.inf
         if self.even_cells:
-            cost[:, advances % 2 == 0] = np.inf
+            cost[advances % 2 == 0] = np.inf
         if not self.closed:
             cost[[0, -1]] = np.where(np.isfinite(cost[[0, -1]]), 0.0, np.inf)
         return cost
@@ -297,24 +300,13 @@ class _Walk:
 
 def _cheapest_walk(strip: _Strip) -> Optional[_Walk]:
     """The cheapest closed walk of all; None where there is none."""
-    reach, found = _REACH, np.inf
+    reach = _REACH
     while True:
         poll()
-        found = min(found, _cost_from_nearest(strip, reach, found))
-        if _is_certain(strip, reach, found) if np.isfinite(found) else reach >= strip.projections.shape[1]:
-            return _cheapest_within(strip, reach, found)
+        walk = _cheapest_within(strip, reach)
+        if reach >= strip.projections.shape[1] if walk is None else _is_certain(strip, reach, walk.cost):
+            return walk
         reach *= 2
-
-
-def _cost_from_nearest(strip: _Strip, reach: int, found: float) -> float:
-    """Cost of the cheapest walk within reach whose first apex is the nearest one: an upper bound.
-
-    Walks that cost more than ``found`` need not be looked at.
-    """
-    slant = strip.slant_costs(strip.nearest[:, None] + np.arange(-reach, reach + 1))
-    steps = _steps_within(strip, slant, reach, found - _least_costs(strip, slant)[1].min())
-    last = steps.run(np.zeros(1, np.int64), np.full(1, reach))[-1]
-    return float(np.min(last[0, reach]))
 
 
 def _least_costs(strip: _Strip, cost: Floats) -> tuple[Floats, Floats]:
@@ -338,139 +330,69 @@ def _is_certain(strip: _Strip, reach: int, found: float) -> bool:
     return bool((with_beyond[1:] >= found).all())
 
 
-def _cheapest_within(strip: _Strip, reach: int, found: float) -> Optional[_Walk]:
-    """The cheapest closed walk through apexes within reach.
-
-    Divisions and first apexes that must cost more than ``found``, the cost of a known walk, are left out.
-    """
+def _cheapest_within(strip: _Strip, reach: int) -> Optional[_Walk]:
+    """The cheapest closed walk through apexes within reach."""
     apex = strip.nearest[:, None] + np.arange(-reach, reach + 1)
-    slant = strip.slant_costs(apex)
-    least, bound = _least_costs(strip, slant)
-    # A little is left for rounding.
-    is_possible = slant[0] + (bound - least[0]) <= found + _ROUNDING * abs(found)
-    divisions, starts = np.flatnonzero(is_possible.any(0)), np.flatnonzero(is_possible.any(1))
-    steps = _steps_within(strip, slant[:, :, divisions], reach, found - bound.min())
-    phases = np.arange(2 if strip.even_cells and strip.closed else 1)
-    phase, place = (index.ravel() for index in np.meshgrid(phases, starts, indexing="ij"))
-    around = steps.run(phase, place)[-1][phase, place, np.arange(len(place))]
+    width = apex.shape[1]
+    steps = _step_costs(strip, width)
+    slant = np.concatenate([strip.slant_costs(apex)[1:]] * (steps.shape[1] // width), axis=1)
+    total = _products(steps[..., None] + slant[:, :, None])[-1][0]
+    # With even cells a closed walk may begin at an apex that stays, but an open one not.
+    starts = np.arange(len(total) if strip.closed else width)
     # On symmetric bands rounding errors must not decide between equal costs.
-    around = np.round(around, _DIGITS)
+    around = np.round(total[starts, starts], _DIGITS)
     division = int(np.argmin(around.min(axis=0)))
     start = int(np.argmin(around[:, division]))
     cost = float(around[start, division])
     if not np.isfinite(cost):
         return None
-    places = steps.only(division).trace(int(phase[start]), int(place[start]))
-    return _Walk(cost, int(divisions[division]), apex[np.arange(len(apex)), places])
+    states = _states_along(_products((steps + slant[:, :, None, division])[..., None]), start)
+    return _Walk(cost, division, apex[np.arange(len(apex)), states % width])
 
 
-def _steps_within(strip: _Strip, slant: Floats, reach: int, slack: float) -> _Steps:
-    """The steps between places with slant costs (n + 1, w, d) of walks that cost ``slack`` more than their bound."""
-    advances = np.arange(*_advance_range(strip, reach, slack))
-    width, rise = slant.shape[1], np.diff(strip.nearest)
-    place = np.arange(width)[:, None] + rise[:, None, None]
-    sources = place - advances
-    sources[(sources < 0) | (sources >= width)] = width
-    stays = np.minimum(place[..., 0], width)
-    stays[stays < 0] = width
-    return _Steps(
-        slant, strip.advance_costs(advances), strip.stay_costs() if strip.even_cells else None, sources, stays
-    )
+def _step_costs(strip: _Strip, width: int) -> Floats:
+    """Least cost (n, S, S) of the step from each state of a row (last axis) to each of the next, but for its slant.
 
-
-def _advance_range(strip: _Strip, reach: int, slack: float) -> tuple[int, int]:
-    """Least advance, and most plus one, of a walk within reach that costs at most ``slack`` more than the lower bound.
-
-    Where the excess at one node is δ above the mean, the sum of squares is n / (n - 1) δ² above its least.
+    A state is a place among the ``width`` apexes of a row; with even cells there are as many more, in which the apex
+    has stayed for one node and must stay for the next.
     """
-    most = int(np.diff(strip.nearest).max()) + 2 * reach
-    if not strip.closed or not np.isfinite(slack):
-        return 0, most + 1
-    n = len(strip.target)
-    delta = np.sqrt(max(slack, 0.0) * (n - 1) / (n * _IRREGULAR_COST)) + 1e-6
-    low = int(np.ceil(strip.target.min() + strip.regular_excess() - delta))
-    high = int(np.floor(strip.target.max() + strip.regular_excess() + delta))
-    # An apex that stays for two nodes does not advance, whatever its cost.
-    return max(0, low), max(min(most, high), 0) + 1
+    advance = np.diff(strip.nearest)[:, None, None] + np.arange(width)[:, None] - np.arange(width)
+    free = strip.advance_costs(advance)
+    if not strip.even_cells:
+        return free
+    stays = np.where(advance == 0, 0.0, np.inf)
+    never = np.full_like(free, np.inf)
+    from_free = np.concatenate([free, stays], axis=1)
+    from_stayed = np.concatenate([stays + strip.stay_costs()[:, None, None], never], axis=1)
+    return np.concatenate([from_free, from_stayed], axis=2)
 
 
-@dataclass(frozen=True, eq=False)
-class _Steps:
-    """The steps of walks from row to row.
+def _products(costs: Floats) -> list[Floats]:
+    """Min-plus products of matrices (n, S, S, d) of steps: of each, of two in a row, of four, … up to all.
 
-    A state is a phase and a place among the apexes of a row: in phase 1 the apex has stayed for one node and must stay
-    for the next, in phase 0 it is free.
-
-    Parameters
-    ----------
-    slant : (n + 1, w, d) float64
-        Cost of each place.
-    advance_cost : (n, a) float64
-    stay_cost : (n,) float64, optional
-        Cost of staying for two nodes, of which this is the second; None where apexes may stay for one.
-    sources : (n, w, a) int64
-        Place in the row before from which each advance leads to each place; ``w`` where there is none.
-    stay_sources : (n, w) int64
-        Place in the row before of the same apex.
+    A last one without a follower stays as it is.
     """
+    levels = [costs]
+    while len(costs) > 1:
+        first, second = costs[: len(costs) // 2 * 2 : 2], costs[1::2]
+        joined = second[:, :, 0, None] + first[:, None, 0]
+        for k in range(1, costs.shape[1]):
+            np.minimum(joined, second[:, :, k, None] + first[:, None, k], out=joined)
+        costs = np.concatenate([joined, costs[len(costs) // 2 * 2 :]])
+        levels.append(costs)
+    return levels
 
-    slant: Floats
-    advance_cost: Floats
-    stay_cost: Optional[Floats]
-    sources: Ints
-    stay_sources: Ints
 
-    def only(self, division: int) -> _Steps:
-        """The same for one division."""
-        slant = self.slant[:, :, division : division + 1]
-        return _Steps(slant, self.advance_cost, self.stay_cost, self.sources, self.stay_sources)
-
-    def run(self, phase: Ints, place: Ints, *, keep: bool = False) -> list[Floats]:
-        """Least cost (2, w + 1, k, d) up to each state of a row from each of k states of the first row.
-
-        Parameters
-        ----------
-        phase, place : (k,) int64
-            Of the first row, the cost of which is left for the last, that is the same edge.
-        keep : bool
-            Whether all rows are wanted, and not only the last.
-        """
-        _, width, n_divisions = self.slant.shape
-        nothing = np.full((2, width + 1, len(place), n_divisions), np.inf)  # the place after the last is never reached
-        total = nothing.copy()
-        total[phase, place, np.arange(len(place))] = 0.0
-        rows, advance_cost = [total], self.advance_cost[:, :, None, None]
-        for i in range(1, len(self.slant)):
-            reached = total[0].take(self.sources[i - 1], axis=0)
-            reached += advance_cost[i - 1]
-            best = np.minimum.reduce(reached, axis=1)
-            following = nothing.copy()
-            if self.stay_cost is not None:
-                stays = self.stay_sources[i - 1]
-                best = np.minimum(best, total[1][stays] + self.stay_cost[i - 1])
-                np.add(total[0][stays], self.slant[i][:, None], out=following[1, :width])
-            np.add(best, self.slant[i][:, None], out=following[0, :width])
-            total = following
-            if keep:
-                rows.append(total)
-        return rows if keep else [total]
-
-    def trace(self, phase: int, place: int) -> Ints:
-        """Places (n + 1,) along the cheapest walk that begins and ends in a state, of the first division."""
-        rows = self.run(np.array([phase]), np.array([place]), keep=True)
-        places = np.full(len(rows), place)
-        for i in range(len(rows) - 1, 0, -1):
-            before = rows[i - 1][:, :, 0, 0]
-            stay = int(self.stay_sources[i - 1, places[i]])
-            sources = self.sources[i - 1, places[i]]
-            reached = before[0, sources] + self.advance_cost[i - 1]
-            if phase == 1:
-                phase, places[i - 1] = 0, stay
-            elif self.stay_cost is not None and before[1, stay] + self.stay_cost[i - 1] < reached.min():
-                phase, places[i - 1] = 1, stay
-            else:
-                places[i - 1] = sources[np.argmin(reached)]
-        return places
+def _states_along(levels: list[Floats], start: int) -> Ints:
+    """States (n + 1,) of the rows along the cheapest walk that begins and ends in one, from `_products` of d = 1."""
+    states = np.array([start, start])
+    for level in levels[-2::-1]:
+        n_pairs = len(level) // 2
+        first, second = level[: 2 * n_pairs : 2, :, :, 0], level[1::2, :, :, 0]
+        pair = np.arange(n_pairs)
+        middle = (second[pair, states[1 : n_pairs + 1]] + first[pair, :, states[:n_pairs]]).argmin(1)
+        states = np.concatenate([np.stack([states[:n_pairs], middle], axis=1).ravel(), states[n_pairs:]])
+    return states
 
 
 def triangulate_small_child(parent: Floats, child: Floats) -> tuple[float, Optional[Ints]]:

@@ -183,3 +183,25 @@ def tip_parameters(rows: SplineRows, offsets: Ints, overhangs: Floats) -> tuple[
     speed = np.linalg.norm(rows.derivatives[outermost], axis=2)
     reach = overhangs / np.maximum(speed, np.finfo(float).tiny)
     return rows.parameters + reach[rows_of(offsets), 0], rows.ends + reach.sum(axis=1)
+
+
+def extend_to_tips(points: Floats, rows: SplineRows, offsets: Ints, closed: Bools, overhangs: Floats) -> CurveRows:
+    """Extend the splines of open rods straight to the tips of their overhangs.
+
+    Parameters
+    ----------
+    points : (M, 3) float64
+        Of the axes at the visits.
+    rows : SplineRows
+        Through the points, from the first visit of each rod to its last.
+    offsets : (S+1,) int64
+    closed : (S,) bool
+    overhangs : (S, 2) float64
+        At the start and the end of each rod; 0 of rings.
+
+    Returns
+    -------
+    CurveRows
+    """
+    parameters, ends = tip_parameters(rows, offsets, overhangs)
+    return with_tips(points, rows.derivatives, parameters, offsets, closed, ends, overhangs)

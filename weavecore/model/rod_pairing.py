@@ -51,6 +51,8 @@ class DartPairs:
         `USUAL`, `LAST_RESORT` or `RING` of `rod_ends`.
     is_choice : (k,) bool
         Whether a short rod may be lengthened by the pair.
+    cheapest : (2E,) int64
+        For each dart the one that it is paired with if the cheapest pairs are taken first, or -1.
     """
 
     one: Ints
@@ -60,6 +62,7 @@ class DartPairs:
     is_alike: Bools
     kind: Ints
     is_choice: Bools
+    cheapest: Ints
 
 
 def find_dart_pairs(lattice: Lattice) -> DartPairs:
@@ -85,7 +88,9 @@ def find_dart_pairs(lattice: Lattice) -> DartPairs:
     is_free = np.where(is_ring, ~on_border[tail], straight == NONE)
     kind = np.array([USUAL, LAST_RESORT, RING])[is_ring[one].astype(np.int64) + is_ring[other]]
     # A longitude may go on through a pocket, where nothing of its own kind goes on.
-    return DartPairs(one, other, bend, cost, is_ring[one] == is_ring[other], kind, is_free[one] & is_free[other])
+    alike, is_choice = is_ring[one] == is_ring[other], is_free[one] & is_free[other]
+    cheapest = match_greedily(one[alike], other[alike], cost[alike], len(tail))
+    return DartPairs(one, other, bend, cost, alike, kind, is_choice, cheapest)
 
 
 def turns_between(lattice: Lattice, one: Ints, other: Ints) -> Floats:
@@ -120,13 +125,19 @@ def pair_darts(lattice: Lattice, cuts: Optional[Ints] = None, pairs: Optional[Da
     """
     if pairs is None:
         pairs = find_dart_pairs(lattice)
-    one, other, n = pairs.one, pairs.other, 2 * lattice.n_edges
-    allowed = np.ones(len(one), bool)
+    one, other, tail = pairs.one, pairs.other, lattice.edges.ravel()
+    partner, choice = pairs.cheapest, pairs.is_choice
     if cuts is not None:
-        allowed = ~np.isin(np.minimum(one, other) * n + np.maximum(one, other), cuts.min(axis=1) * n + cuts.max(axis=1))
-    alike, choice = allowed & pairs.is_alike, allowed & pairs.is_choice
-    partner = match_greedily(one[alike], other[alike], pairs.cost[alike], n)
-    tail = lattice.edges.ravel()
+        is_cut_node = np.zeros(lattice.n_nodes, bool)
+        is_cut_node[tail[cuts[:, 0]]] = True
+        there, n = np.flatnonzero(is_cut_node[tail[one]]), len(tail)
+        keys = np.minimum(one, other)[there] * n + np.maximum(one, other)[there]
+        allowed = ~np.isin(keys, cuts.min(axis=1) * n + cuts.max(axis=1))
+        alike = there[allowed & pairs.is_alike[there]]
+        # Which darts of a node are paired does not depend on other nodes.
+        anew = match_greedily(one[alike], other[alike], pairs.cost[alike], n)
+        partner, choice = np.where(is_cut_node[tail], anew, partner), choice.copy()
+        choice[there[~allowed]] = False
     return lengthen_short_rods(partner, tail, one[choice], other[choice], pairs.bend[choice], pairs.kind[choice])
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Ints, frozen
+from weavecore.geometry.arrays import Bools, Ints, frozen, next_in_loop, previous_in_loop, rows_of
 from weavecore.model.lattice import Lattice, node_generations
 
 
@@ -45,6 +46,25 @@ class Strands:
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
+
+    @cached_property
+    def owner(self) -> Ints:
+        """(M,) strand of each entry of ``nodes``."""
+        return frozen(rows_of(self.offsets), np.int64, (-1,))
+
+    @cached_property
+    def following(self) -> Ints:
+        """(M,) entry of ``nodes`` that comes next along its strand, -1 at the end of an open one."""
+        after = next_in_loop(self.offsets)
+        after[self.offsets[1:][~self.closed] - 1] = -1
+        return frozen(after, np.int64, (-1,))
+
+    @cached_property
+    def preceding(self) -> Ints:
+        """(M,) entry of ``nodes`` that comes before along its strand, -1 at the start of an open one."""
+        before = previous_in_loop(self.offsets)
+        before[self.offsets[:-1][~self.closed]] = -1
+        return frozen(before, np.int64, (-1,))
 
     def strand(self, s: int) -> Ints:
         """The nodes (n,) of strand ``s`` in order."""

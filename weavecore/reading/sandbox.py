@@ -9,6 +9,7 @@ typed errors; whatever becomes of the child, the caller goes on.
     function, arguments   ── pickle ───────▶ `serve` sets the limits and calls the function
     progress, result      ◀─ messages ─────  (see `sandbox_messages`)
 
+Where this process may be copied, the child is a copy, which need neither start nor import (see `sandbox_fork`).
 The child looks for modules where the parent does, but never in the current folder: that is where the file may
 come from, and a ``queue.py`` beside it must not run.  What the child sends is never unpickled: a file that exploits
 a fault of the library could have taken the child over.
@@ -43,9 +44,12 @@ from weavecore import errors
 from weavecore.errors import TooMuchWork, Unreadable, Unsupported, WeaveError
 from weavecore.files import PathLike
 from weavecore.polling import INTERVAL, poll
+from weavecore.reading.sandbox_fork import ForkedChild, can_fork, fork_child, mapped_memory
 from weavecore.reading.sandbox_messages import BEGIN, Malformed, Message, decode, receive, send, skip_to_messages
+from weavecore.threads import THREAD_VARIABLES
 
 Progress = Callable[[float, str], None]
+Child = Union[ForkedChild, "subprocess.Popen[bytes]"]
 
 _STARTED, _PROGRESS, _RESULT, _ERROR = _KINDS = (b"S", b"P", b"R", b"E")
 
@@ -64,7 +68,6 @@ spec.loader.exec_module(package)
 from {__name__} import serve
 serve(answers)
 """
-_ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 _LESS_MEMORY = "Give a longer edge target, a simpler surface, or a time limit, which allows more memory as well."
 _RUN_AGAIN = "Run it again; if that fails as well, open the file in Rhino, repair it there and save it again."
@@ -97,7 +100,7 @@ class Limits:
         Processor time in all, and elapsed time from one progress to the next.  Where others use the machine as
         well, work that tells its progress may take up to three times as long by the clock.
     memory : int
-        Address space, in bytes.
+        Address space, in bytes; of a copy of this process, beyond what that has.
     n_objects : int
         How many objects, each told as a progress, may take so long each.
     """
@@ -183,16 +186,29 @@ def call_guarded(
         What the function raises.
     """
     limits = limits or Limits()
-    start = {"path": _search_path(), "package": str(Path(__file__).resolve().parents[1] / "__init__.py")}
-    request = json.dumps(start).encode("ascii") + b"\n"
-    request += pickle.dumps((function.__module__, function.__qualname__, args, options, limits))
-    conversation = _Conversation(_start_child(), limits, progress)
+    child, request = _child_for(function, args, options, limits)
+    conversation = _Conversation(child, limits, progress)
     try:
         return decode(conversation.result(request), classes)
     except Malformed as error:
         raise Unreadable("The process that reads the file sent a faulty answer", remedy=_RUN_AGAIN) from error
     finally:
         conversation.close()
+
+
+def _child_for(
+    function: Callable[..., Any], args: tuple[Any, ...], options: dict[str, Any], limits: Limits
+) -> tuple[Child, bytes]:
+    """The child, and what it is to be sent."""
+    path = _search_path()
+    if can_fork():
+        try:
+            return fork_child(lambda descriptor: _serve_copy(descriptor, path, function, args, options, limits)), b""
+        except OSError as error:
+            raise _not_started(error.strerror or str(error)) from error
+    start = {"path": path, "package": str(Path(__file__).resolve().parents[1] / "__init__.py")}
+    request = json.dumps(start).encode("ascii") + b"\n"
+    return _start_child(), request + pickle.dumps((function.__module__, function.__qualname__, args, options, limits))
 
 
 def _start_child() -> subprocess.Popen[bytes]:
@@ -204,7 +220,7 @@ def _start_child() -> subprocess.Popen[bytes]:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            env={**os.environ, **_ONE_THREAD},
+            env={**os.environ, **dict.fromkeys(THREAD_VARIABLES, "1")},
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # Windows would open a console beside Rhino.
         )
     except OSError as error:
@@ -230,7 +246,7 @@ def _search_path() -> list[str]:
 class _Conversation:
     """What the parent receives from the child, with a limit on how long it waits."""
 
-    def __init__(self, child: subprocess.Popen[bytes], limits: Limits, progress: Progress | None) -> None:
+    def __init__(self, child: Child, limits: Limits, progress: Progress | None) -> None:
         self._child, self._limits, self._progress = child, limits, progress
         self._messages: queue.Queue[Union[Message, Exception]] = queue.Queue(_MOST_WAITING)
         self._threads: list[threading.Thread] = []
@@ -301,10 +317,11 @@ class _Conversation:
             self._threads.append(thread)
 
     def _ask(self, request: bytes) -> None:
-        pipe = cast(IO[bytes], self._child.stdin)
-        with contextlib.suppress(OSError):  # Where the child has ended, its status says why.
-            pipe.write(request)
-            pipe.close()
+        pipe = self._child.stdin
+        if pipe is not None:
+            with contextlib.suppress(OSError):  # Where the child has ended, its status says why.
+                pipe.write(request)
+                pipe.close()
 
     def _listen(self) -> None:
         pipe = cast(IO[bytes], self._child.stdout)
@@ -341,7 +358,7 @@ class _Conversation:
         """The error of a child that has closed its messages without a result."""
         try:
             status = self._child.wait(_END_SECONDS)
-        except subprocess.TimeoutExpired:
+        except (TimeoutError, subprocess.TimeoutExpired):
             return self._too_slow()
         name = _signal_name(status)
         if name == "SIGXCPU":
@@ -401,7 +418,7 @@ def _error_from(code: str, what: str, remedy: str, ids: Any, kind: str) -> Weave
 
 
 def serve(descriptor: int) -> None:
-    """Answer one request: the child's side of `call_guarded`.
+    """Answer one request: a new child's side of `call_guarded`.
 
     Parameters
     ----------
@@ -412,7 +429,29 @@ def serve(descriptor: int) -> None:
     messages = os.fdopen(descriptor, "wb")
     messages.write(BEGIN)
     module, name, args, options, limits = pickle.load(sys.stdin.buffer)
-    function: Callable[..., Any] = attrgetter(name)(importlib.import_module(module))
+    _answer(messages, attrgetter(name)(importlib.import_module(module)), args, options, limits)
+
+
+def _serve_copy(
+    descriptor: int,
+    path: list[str],
+    function: Callable[..., Any],
+    args: tuple[Any, ...],
+    options: dict[str, Any],
+    limits: Limits,
+) -> None:
+    """Answer one request: the same of a copy of the parent, which has the request already."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.path[:] = path
+    messages = os.fdopen(descriptor, "wb")
+    messages.write(BEGIN)
+    _answer(messages, function, args, options, replace(limits, memory=limits.memory + mapped_memory()))
+
+
+def _answer(
+    messages: IO[bytes], function: Callable[..., Any], args: tuple[Any, ...], options: dict[str, Any], limits: Limits
+) -> None:
+    """Call a function within limits, and send what comes of it."""
     extend = limit_this_process(limits)
     send(messages, _STARTED, None)
 

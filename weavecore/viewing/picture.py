@@ -20,16 +20,16 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats
 from weavecore.polling import each
 from weavecore.viewing.camera import Camera, choose_view, look_at
-from weavecore.viewing.raster import DepthBuffer, SeenRods, draw_rods, draw_triangles, planes_over, see_rods
+from weavecore.viewing.raster import DepthBuffer, SeenTriangles, draw_rods, draw_triangles, planes_over, see_rods
 from weavecore.viewing.scene import Pictured, Scene, scene_of
 from weavecore.viewing.shading import (
     INSIDE,
     MARKED,
     OUTSIDE,
     Numbers,
+    RodLight,
     background,
     darkening,
-    light_on_rods,
     light_on_triangles,
     ramp,
 )
@@ -68,6 +68,9 @@ Nearness = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 Packed = NDArray[np.uint32]
 
+
+_PIXELS_AT_ONCE = 1 << 16
+"""Pixels that are drawn at once: their samples lie in the processor's cache."""
 
 _ROWS_AT_ONCE = 100
 """Rows that are compressed at once, between two polls."""
@@ -123,15 +126,13 @@ def draw_pixels(
     scene = scene_of(value)
     direction = choose_view(scene.vertices, scene.triangles, scene.borders) if view is None else _checked_view(view)
     samples = (width * _SAMPLES, height * _SAMPLES)
-    camera = look_at(scene.vertices, direction, samples, margin=_MARGIN)
-    colours = np.repeat(_packed(background(samples[1])), samples[0])
-    buffer = DepthBuffer(samples)
-    _draw_surface(scene, camera, buffer, colours)
-    radius = _visible_radius(scene, camera, samples[0])
-    rods = see_rods(camera, scene.starts, scene.ends, radius)
-    _draw_rods(scene, camera, rods, buffer, colours)
-    shade = _shade(buffer.nearness, samples, scene.size, float(np.median(radius)) if len(radius) else scene.size)
-    total = _by_pixel(colours, samples, np.add)
+    drawing = _Drawing(scene, look_at(scene.vertices, direction, samples, margin=_MARGIN), samples)
+    total = np.empty((height, width), np.uint32)
+    nearest = np.empty((height, width), np.float32)
+    for rows in each(_bands(height, width)):
+        total[rows], nearest[rows] = drawing.band(rows)
+    radius = drawing.rods.model_radius
+    shade = _shade(nearest, scene.size, float(np.median(radius)) if len(radius) else scene.size)
     shade /= _SAMPLES**2
     pixels = np.empty((height, width, 3), np.uint8)
     for channel, shift in enumerate(_SHIFTS):
@@ -139,25 +140,73 @@ def draw_pixels(
     return pixels
 
 
-def _draw_surface(scene: Scene, camera: Camera, buffer: DepthBuffer, colours: Packed) -> None:
-    """Colour the samples in which the surface is visible."""
-    if not scene.has_surface:
-        return
-    place, nearness = camera.project(scene.vertices)
-    nearness = nearness / (1.0 + scene.set_back * nearness)
-    corners = place[scene.triangles]
-    draw_triangles(buffer, corners, nearness[scene.triangles])
-    light, shows_outside = light_on_triangles(scene.vertices, scene.triangles, camera)
-    plane = np.stack(planes_over(corners, light * 255), axis=1).astype(np.float32)
-    ramps = _packed(np.concatenate([ramp(OUTSIDE), ramp(INSIDE), ramp(MARKED)]))
-    tone = np.where(scene.is_marked, 2, np.where(shows_outside, 0, 1)) * 256
-    for at, triangle, column, row in buffer.seen():
-        of = plane[triangle]
-        bright = of[:, 0] * column
-        bright += of[:, 1] * row
-        bright += of[:, 2]
+def _bands(height: int, width: int) -> list[slice]:
+    """Rows of pixels that are drawn at once."""
+    n = max(_PIXELS_AT_ONCE // width, 1)
+    return [slice(first, min(first + n, height)) for first in range(0, height, n)]
+
+
+class _Drawing:
+    """What is the same in all bands of a picture.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    samples : (int, int)
+        Width and height in samples.
+    """
+
+    def __init__(self, scene: Scene, camera: Camera, samples: tuple[int, int]) -> None:
+        self._samples = samples
+        self._background = _packed(*background(samples[1]).T)
+        self._triangles: Optional[SeenTriangles] = None
+        if scene.has_surface:
+            self._see_surface(scene, camera)
+        radius = _visible_radius(scene, camera, samples[0])
+        self.rods = see_rods(camera, scene.starts, scene.ends, radius, samples)
+        self._light = RodLight(self.rods.axis, camera)
+        self._tints = scene.colours.T.astype(np.float32)
+
+    def _see_surface(self, scene: Scene, camera: Camera) -> None:
+        place, nearness = camera.project(scene.vertices)
+        nearness = nearness / (1.0 + scene.set_back * nearness)
+        corners = place[scene.triangles]
+        self._triangles = SeenTriangles(corners, nearness[scene.triangles], self._samples)
+        light, shows_outside = light_on_triangles(scene.vertices, scene.triangles, camera)
+        self._brightness = np.stack(planes_over(corners, light * 255), axis=1).astype(np.float32)
+        self._tone = np.where(scene.is_marked, 2, np.where(shows_outside, 0, 1)) * 256
+
+    def band(self, rows: slice) -> tuple[Packed, Nearness]:
+        """Sum of the colours and greatest nearness of each pixel of some rows."""
+        first, n_rows = rows.start * _SAMPLES, (rows.stop - rows.start) * _SAMPLES
+        size = (self._samples[0], n_rows)
+        buffer = DepthBuffer(size, first_row=first)
+        colours = np.repeat(self._background[first : first + n_rows], size[0])
+        if self._triangles is not None:
+            draw_triangles(buffer, self._triangles)
+            self._colour_surface(buffer, colours)
+            buffer.forget_shapes()
+        draw_rods(buffer, self.rods)
+        self._colour_rods(buffer, colours)
+        return _by_pixel(colours, size, np.add), _by_pixel(buffer.nearness, size, np.maximum)
+
+    def _colour_surface(self, buffer: DepthBuffer, colours: Packed) -> None:
+        """Colour the samples in which the surface is visible."""
+        spans = buffer.seen()
+        a, b, c = self._brightness[spans.shape].T
+        bright = spans.spread(a) * spans.columns(np.float32)
+        bright += spans.spread(b * (spans.row + 0.5).astype(np.float32))
+        bright += spans.spread(c)
         np.clip(bright, 0, 255, out=bright)
-        colours[at] = ramps[tone[triangle] + bright.astype(np.int64)]
+        colours[spans.samples(buffer)] = _RAMPS[spans.spread(self._tone[spans.shape]) + bright.astype(np.int64)]
+
+    def _colour_rods(self, buffer: DepthBuffer, colours: Packed) -> None:
+        """Colour the samples in which a rod is visible in front of the surface."""
+        spans = buffer.seen()
+        light, gloss = self._light(spans, self.rods.across(spans)[1])
+        tints = (spans.spread(tint[spans.shape]) for tint in self._tints)
+        colours[spans.samples(buffer)] = _packed(*(np.minimum(tint * light + gloss, 255) for tint in tints))
 
 
 def _visible_radius(scene: Scene, camera: Camera, width: int) -> Floats:
@@ -167,23 +216,11 @@ def _visible_radius(scene: Scene, camera: Camera, width: int) -> Floats:
     return np.clip(scene.radius, _LEAST_PIXELS * pixel, _MOST_PIXELS * pixel)
 
 
-def _draw_rods(scene: Scene, camera: Camera, rods: SeenRods, buffer: DepthBuffer, colours: Packed) -> None:
-    """Colour the samples in which a rod is visible in front of the surface."""
-    buffer.forget_shapes()
-    draw_rods(buffer, rods)
-    tint = scene.colours.astype(np.float32)
-    for at, rod, column, row in buffer.seen():
-        _, off = rods.across(rod, column, row)
-        light, gloss = light_on_rods(rods.axis[rod], off, camera)
-        colours[at] = _packed(np.minimum(tint[rod] * light[:, None] + gloss[:, None], 255))
-
-
-def _shade(nearness: Nearness, samples: tuple[int, int], size: float, radius: float) -> Numbers:
+def _shade(nearest: Nearness, size: float, radius: float) -> Numbers:
     """(height, width) the part of the light left at each pixel beside nearer things."""
-    nearest = _by_pixel(nearness, samples, np.maximum)
     covered = nearest > 0
     distance = np.divide(1, nearest, out=np.zeros_like(nearest), where=covered)
-    width = samples[0] / _SAMPLES
+    width = nearest.shape[1]
     scales = [(reach * width, step * size) for reach, step in _SHADES]
     return darkening(distance, covered, [*scales, (_ROD_SHADE[0] * width, _ROD_SHADE[1] * radius)])
 
@@ -194,11 +231,15 @@ def _as_bytes(values: NDArray[Any]) -> Bytes:
     return rounded
 
 
-def _packed(values: NDArray[Any]) -> Packed:
-    """Rounded colours (n, 3) from 0 to 255, each as one number."""
-    rounded = np.rint(values).astype(np.uint32)
-    packed: Packed = rounded[:, 0] << _SHIFTS[0] | rounded[:, 1] << _SHIFTS[1] | rounded[:, 2] << _SHIFTS[2]
+def _packed(*channels: NDArray[Any]) -> Packed:
+    """Rounded colours from 0 to 255, red, green and blue each (n,), as one number each."""
+    red, green, blue = (np.rint(channel).astype(np.uint32) for channel in channels)
+    packed: Packed = red << _SHIFTS[0] | green << _SHIFTS[1] | blue << _SHIFTS[2]
     return packed
+
+
+_RAMPS = _packed(*np.concatenate([ramp(OUTSIDE), ramp(INSIDE), ramp(MARKED)]).T)
+"""Colours of the surface by tone and brightness."""
 
 
 def _by_pixel(values: NDArray[Any], samples: tuple[int, int], join: Callable[..., Any]) -> NDArray[Any]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from weavecore.geometry.arrays import Bools, Floats, Ints, unit_vectors
 from weavecore.polling import each, poll
 from weavecore.viewing.camera import Camera
+from weavecore.viewing.raster import Spans
 
 Colours = NDArray[np.float32]
 Numbers = NDArray[np.floating[Any]]
@@ -28,8 +29,8 @@ _KEY = np.array([-0.45, 0.62, 0.64])
 _GLOSS = np.array([-0.32, 0.45, 0.83])
 """Normal at which a rod reflects the light to the eye (the half vector of Blinn 1977)."""
 
-_GLOSS_HEIGHT, _GLOSS_SHARPNESS = 70, 24
-"""Greatest gloss in 0…255, and its exponent."""
+_GLOSS_HEIGHT = 70
+"""Greatest gloss in 0…255."""
 
 _ROD_BASE, _ROD_GAIN = 0.35, 0.85
 """Light on rods is base + gain · light: their colours stay recognizable in the shade."""
@@ -106,28 +107,43 @@ def light_on_triangles(vertices: Floats, triangles: Ints, camera: Camera) -> tup
     return _light_on(at_corner @ camera.axes.T, at_corner[..., 2]), shows_outside
 
 
-def light_on_rods(axis: Floats, off: Numbers, camera: Camera) -> tuple[Floats, Floats]:
+class RodLight:
     """Light on samples of rods; round ends are lit as the tube beside them, so that bends of a polyline do not show.
+
+    The normal at the distance q from the axis is q · side + sqrt(1 - q²) · towards the eye: each product of it with a
+    direction is a number of the rod times q, and a number times the root.
 
     Parameters
     ----------
     axis : (n, 2) float64
-        Unit direction of the rod in the picture, y down.
-    off : (n,) float32
-        Signed distance of the sample from the axis, in radii.
+        Unit direction of each rod in the picture, y down.
     camera : Camera
-
-    Returns
-    -------
-    light : (n,) float64
-    gloss : (n,) float64
-        From 0 to 255.
     """
-    off = np.clip(off, -1, 1)
-    # The picture's y runs down, the eye's runs up.
-    normal = np.stack([-axis[:, 1] * off, -axis[:, 0] * off, np.sqrt(1 - off * off)], axis=1)
-    gloss: Floats = _GLOSS_HEIGHT * np.maximum(normal @ _GLOSS, 0) ** _GLOSS_SHARPNESS
-    return _ROD_BASE + _ROD_GAIN * _light_on(normal, normal @ camera.axes[:, 2]), gloss
+
+    def __init__(self, axis: Floats, camera: Camera) -> None:
+        # The picture's y runs down, the eye's runs up.
+        side = -axis[:, ::-1]
+        directions = np.stack([_KEY / np.linalg.norm(_KEY), camera.axes[:, 2], _GLOSS])
+        aside = directions[:, 0, None] * side[:, 0] + directions[:, 1, None] * side[:, 1]
+        self._aside = np.ascontiguousarray(aside.T, np.float32)
+        self._towards = directions[:, 2].astype(np.float32)
+
+    def __call__(self, spans: Spans, off: Numbers) -> tuple[Numbers, Numbers]:
+        """Light from 0 to 1 and gloss from 0 to 255 (n,), at signed distances (n,) from the axes, in radii."""
+        off = np.clip(off, -1, 1)
+        front = np.sqrt(1 - off * off)
+        aside = map(spans.spread, self._aside[spans.shape].T)
+        key, up, gloss = (one * off + towards * front for one, towards in zip(aside, self._towards))
+        light = _AMBIENT + _DIFFUSE * np.maximum(key, 0) + _SKY * (0.5 + 0.5 * up)
+        return _ROD_BASE + _ROD_GAIN * light, _GLOSS_HEIGHT * _sharpened(np.maximum(gloss, 0))
+
+
+def _sharpened(gloss: Numbers) -> Numbers:
+    """The 24th power, by products."""
+    cube = gloss * gloss * gloss
+    for _ in range(3):
+        cube *= cube
+    return cube
 
 
 def _light_on(normal: Floats, upward: Floats) -> Floats:
@@ -186,8 +202,12 @@ def darkening(distance: Numbers, covered: Bools, scales: Iterable[tuple[float, f
 
 def _block_sums(image: Numbers, step: int) -> Numbers:
     """Sums over squares of ``step`` by ``step`` pixels, less at the far edges."""
-    for axis in (0, 1):
-        image = np.add.reduceat(image, np.arange(0, image.shape[axis], step), axis)
+    for _ in range(2):
+        total = image[::step].copy()
+        for k in range(1, step):
+            rows = image[k::step]
+            total[: len(rows)] += rows
+        image = total.T
     return image
 
 
@@ -209,11 +229,20 @@ def _blurred(image: Numbers, sigma: float) -> Numbers:
 
 def _enlarged(image: Numbers, step: int, shape: tuple[int, ...]) -> Numbers:
     """The image of squares of ``step`` by ``step`` pixels, interpolated linearly between their middles."""
-    for axis in (0, 1):
-        poll()
-        middle = (np.arange(shape[axis], dtype=np.float32) - (step - 1) / 2) / step
-        at = np.clip(middle, 0, image.shape[axis] - 1)
-        low = np.minimum(at.astype(np.int64), image.shape[axis] - 2)
-        part = np.expand_dims(at - low.astype(np.float32), 1 - axis)
-        image = np.take(image, low, axis) * (1 - part) + np.take(image, low + 1, axis) * part
-    return image
+    tall = np.empty((shape[0], image.shape[1]), image.dtype)
+    _stretch(image, tall, step)
+    whole = np.empty(shape, image.dtype)
+    _stretch(tall.T, whole.T, step)
+    return whole
+
+
+def _stretch(rows: Numbers, out: Numbers, step: int) -> None:
+    """Write rows of the means of ``step`` pixels as rows of pixels."""
+    poll()
+    before, stop = step // 2, step // 2 + (len(rows) - 1) * step  # Pixels to the first middle, and to the last.
+    out[:before], out[stop:] = rows[:1], rows[-1:]
+    for k in range(step):
+        part = np.float32((k + before - (step - 1) / 2) / step)
+        between = out[before + k : stop : step]
+        np.multiply(rows[: len(between)], 1 - part, out=between)
+        between += rows[1 : len(between) + 1] * part

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Callable
 
@@ -11,6 +12,9 @@ from weavecore.texts import printable
 
 Progress = Callable[[float, str], None]
 """Called with the fraction that is done, from 0 to 1, and a label."""
+
+_REFRESH_SECONDS = 0.1
+"""Between two drawings of the bar."""
 
 _UNLIMITED = 10_000
 """Width of a table that is not shown on a terminal: no row is wrapped."""
@@ -27,9 +31,19 @@ def progress_bar(*, quiet: bool) -> Iterator[Progress]:
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    # It draws when it is told of progress, not from a thread of its own: a process that has two cannot be copied.
+    with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
         task = bar.add_task("", total=1.0)
-        yield lambda fraction, label: bar.update(task, completed=fraction, description=escape(printable(label)))
+        drawn = -_REFRESH_SECONDS
+
+        def show(fraction: float, label: str) -> None:
+            nonlocal drawn
+            is_due = time.monotonic() - drawn >= _REFRESH_SECONDS
+            bar.update(task, completed=fraction, description=escape(printable(label)), refresh=is_due)
+            if is_due:
+                drawn = time.monotonic()
+
+        yield show
 
 
 def part_of(progress: Progress, start: float, end: float) -> Progress:

@@ -21,17 +21,16 @@ from typing import Optional
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, rows_of, unit_vectors
+from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, ranges, rows_of, unit_vectors
 from weavecore.geometry.eigenvectors import least_eigenvectors
-from weavecore.geometry.splines import BSplineRows, SplineRows, as_b_splines, fit_splines, sample_curves
+from weavecore.geometry.splines import SplineRows, arc_stations, as_b_splines, fit_splines
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
-from weavecore.model.rod_axes import CurveRows, RodAxes, tip_parameters, with_tips
+from weavecore.model.rod_axes import RodAxes, extend_to_tips
 from weavecore.model.strands import Strands
 from weavecore.polling import each
 from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
-from weavecore.weaving.strands import steps_along
 
 _NORMAL_ROUNDS, _SHIFT_ROUNDS = 3, 5
 """Rounds of the normals, and of the shifts at most: these end once all gaps are within `_ENOUGH`."""
@@ -127,11 +126,13 @@ def fit_axes(
     normals, rounds = (outward, _NORMAL_ROUNDS) if start is None else (start[1], 1)
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
     near = np.ones(lattice.n_nodes, bool) if changed is None else nodes_around(strands, changed, _VISITS_MOVED)
-    points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, near, rounds)
-    gaps = apart.copy()
+    axes = _Axes(lattice.nodes, strands, offsets, normals)
+    for _ in each(range(rounds)):
+        axes.turn_normals(near, outward)
+    gaps, node = apart.copy(), joints.node[joints.joint[joints.contacts[:, 0]]]
     for _ in range(_SHIFT_ROUNDS):
-        measured = np.flatnonzero(nodes_around(strands, near, 1)[joints.node[joints.joint[joints.contacts[:, 0]]]])
-        gaps[measured] = gaps_at_joints(points, rows, strands, joints, apart, counts_overhangs, measured)
+        measured = np.flatnonzero(near[node])
+        gaps[measured] = gaps_at_joints(axes.points, axes.rows, strands, joints, apart, counts_overhangs, measured)
         wrong = np.zeros(len(gaps), bool)
         wrong[measured] = np.abs(gaps[measured] / apart[measured] - 1.0) > _ENOUGH
         # Shifts that are at their bounds stay there.
@@ -140,12 +141,12 @@ def fit_axes(
         if not moved.any():
             break
         shifts = np.where(moved, wanted, shifts)
-        offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
         near = np.zeros(lattice.n_nodes, bool)
-        near[joints.node[joints.joint[joints.contacts[moved, 0]]]] = True
+        near[node[moved]] = True
+        axes.shift(near, layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings))
         near = nodes_around(strands, near, _VISITS_MOVED)
-        points, rows, normals = _fit_normals(lattice, strands, offsets, normals, outward, near, 1)
-    return Fit(points, rows, offsets, normals, shifts / apart)
+        axes.turn_normals(near, outward)
+    return Fit(axes.points, axes.rows, axes.offsets, axes.normals, shifts / apart)
 
 
 def refit_axes(
@@ -167,12 +168,13 @@ def refit_axes(
     Fit
         Shifts are as before, with the room for overhangs where they have it.
     """
-    points, rows, normals = _fit_normals(
-        lattice, strands, layer_offsets, normals, surface_normals(lattice), np.ones(lattice.n_nodes, bool), 1
-    )
+    axes = _Axes(lattice.nodes, strands, layer_offsets, normals)
+    axes.turn_normals(np.ones(lattice.n_nodes, bool), surface_normals(lattice))
     lower, upper = joints.visit[joints.contacts].reshape(-1, 2).T
     apart = diameters[joints.strand[joints.contacts]].mean(axis=1)
-    return Fit(points, rows, layer_offsets, normals, (layer_offsets[upper] - layer_offsets[lower]) / apart)
+    return Fit(
+        axes.points, axes.rows, layer_offsets, axes.normals, (layer_offsets[upper] - layer_offsets[lower]) / apart
+    )
 
 
 def nodes_around(strands: Strands, nodes: Bools, visits: int) -> Bools:
@@ -184,44 +186,55 @@ def nodes_around(strands: Strands, nodes: Bools, visits: int) -> Bools:
     nodes : (N,) bool
     visits : int
     """
-    before, after = steps_along(strands)
-    felt = nodes[strands.nodes]
+    # The last entry stands for what is beyond the ends of open rods.
+    felt = np.append(nodes[strands.nodes], False)
     for _ in range(visits):
-        spread = felt.copy()
-        spread[after] |= felt[before]
-        spread[before] |= felt[after]
-        felt = spread
+        felt[:-1] |= felt[strands.following] | felt[strands.preceding]
     found = nodes.copy()
-    found[strands.nodes[felt]] = True
+    found[strands.nodes[felt[:-1]]] = True
     return found
 
 
-def _fit_normals(
-    lattice: Lattice,
-    strands: Strands,
-    offsets: Floats,
-    normals: Floats,
-    outward: Floats,
-    near: Bools,
-    rounds: int,
-) -> tuple[Floats, SplineRows, Floats]:
-    """Points (M, 3) of the visits, the splines through them, and the normals (N, 3) after some rounds from others.
+class _Axes:
+    """Rods in their layers: points of the visits, the splines through them, and normals at the nodes.
 
-    Normals change at the nodes (N,) that are ``near``.
+    All are renewed near what has changed, splines from one end of a rod to the other.
     """
-    nodes = strands.nodes
-    visits, renewed = np.flatnonzero(near[nodes]), np.flatnonzero(near)
-    index = np.cumsum(near) - 1
-    for last in each(range(rounds, -1, -1)):
-        points = lattice.nodes[nodes] + offsets[:, None] * normals[nodes]
-        rows = fit_splines(points, strands.offsets, strands.closed)
-        if last:
-            normals = normals.copy()
-            normals[renewed] = _common_normals(rows.derivatives[visits], index[nodes[visits]], outward[renewed])
-    return points, rows, normals
+
+    def __init__(self, nodes: Floats, strands: Strands, offsets: Floats, normals: Floats) -> None:
+        self._nodes, self._strands = nodes, strands
+        self.offsets, self.normals = offsets, normals.copy()
+        self.points = nodes[strands.nodes] + offsets[:, None] * normals[strands.nodes]
+        self.rows = fit_splines(self.points, strands.offsets, strands.closed)
+
+    def shift(self, near: Bools, offsets: Floats) -> None:
+        """Move the rods to other layers (M,) at some nodes (N,)."""
+        self.offsets = offsets
+        self._place(np.flatnonzero(near[self._strands.nodes]))
+
+    def turn_normals(self, near: Bools, outward: Floats) -> None:
+        """Make the normals of some nodes (N,) common to the rods as they run there."""
+        visits, renewed = np.flatnonzero(near[self._strands.nodes]), np.flatnonzero(near)
+        index = np.cumsum(near) - 1
+        at = index[self._strands.nodes[visits]]
+        self.normals[renewed] = _common_normals(self.rows.derivatives[visits], at, outward[renewed])
+        self._place(visits)
+
+    def _place(self, visits: Ints) -> None:
+        """Renew the points of some visits, and the splines of their rods."""
+        strands = self._strands
+        node = strands.nodes[visits]
+        self.points[visits] = self._nodes[node] + self.offsets[visits, None] * self.normals[node]
+        moved = np.zeros(len(strands), bool)
+        moved[strands.owner[visits]] = True
+        rods, sizes = np.flatnonzero(moved), np.diff(strands.offsets)
+        at = ranges(strands.offsets[rods], sizes[rods])
+        renewed = fit_splines(self.points[at], offsets_of(sizes[rods]), strands.closed[rods])
+        self.rows.derivatives[at], self.rows.parameters[at] = renewed.derivatives, renewed.parameters
+        self.rows.ends[rods] = renewed.ends
 
 
-def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> RodAxes:
+def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, overhangs: Floats) -> RodAxes:
     """The axes of a fit, with overhangs, B-splines and arc lengths.
 
     Parameters
@@ -229,24 +242,26 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
     lattice : Lattice
     strands : Strands
     fit : Fit
-    longest : (S,) float64
-        How far open rods run on straight beyond their outermost ties, where there is room.
+    overhangs : (S, 2) float64
+        How far rods run on straight beyond their outermost ties; 0 of rings.
 
     Returns
     -------
     RodAxes
     """
-    points, rows = fit.points, fit.rows
-    overhangs = _overhangs(points, strands, longest)
-    tipped, drawn = extend_to_tips(points, rows, strands.offsets, strands.closed, overhangs)
+    rows, offsets, closed = fit.rows, strands.offsets, strands.closed
+    tipped = extend_to_tips(fit.points, rows, offsets, closed, overhangs)
+    drawn = as_b_splines(
+        SplineRows(tipped.derivatives, tipped.parameters, tipped.ends), tipped.points, tipped.offsets, closed
+    )
     step = _STEP * min(lattice.edge_length, lattice.latitudes.spacing)
-    samples = sample_curves(
-        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, strands.closed, tipped.ends, step=step
+    stations, lengths = arc_stations(
+        tipped.points, tipped.derivatives, tipped.parameters, tipped.offsets, closed, tipped.ends, step=step
     )
     return RodAxes(
-        offsets=strands.offsets,
-        closed=strands.closed,
-        points=points,
+        offsets=offsets,
+        closed=closed,
+        points=fit.points,
         derivatives=rows.derivatives,
         parameters=tipped.parameters[tipped.visits],
         ends=tipped.ends,
@@ -255,56 +270,43 @@ def draw_axes(lattice: Lattice, strands: Strands, fit: Fit, longest: Floats) -> 
         knots=drawn.knots,
         control_offsets=drawn.control_offsets,
         controls=drawn.controls,
-        stations=samples.stations[samples.is_given][tipped.visits],
-        lengths=samples.stations[samples.offsets[1:] - 1],
+        stations=stations[tipped.visits],
+        lengths=lengths,
         layer_offsets=fit.layer_offsets,
     )
 
 
-def extend_to_tips(
-    points: Floats, rows: SplineRows, offsets: Ints, closed: Bools, overhangs: Floats
-) -> tuple[CurveRows, BSplineRows]:
-    """Extend the splines of open rods straight to the tips of their overhangs.
+def usual_overhangs(strands: Strands, fit: Fit, diameters: Floats) -> Floats:
+    """How far rods run on beyond their outermost ties: `OVERHANG_DIAMETERS` where there is room, rings not at all.
 
     Parameters
     ----------
-    points : (M, 3) float64
-        Of the axes at the visits.
-    rows : SplineRows
-        Through the points, from the first visit of each rod to its last.
-    offsets : (S+1,) int64
-    closed : (S,) bool
-    overhangs : (S, 2) float64
-        At the start and the end of each rod; 0 of rings.
+    strands : Strands
+    fit : Fit
+    diameters : (S,) float64
 
     Returns
     -------
-    curves : CurveRows
-        Of the visits and the tips.
-    splines : BSplineRows
-        The same in B-spline form.
+    (S, 2) float64
+        At the start and the end of each rod.
     """
-    parameters, ends = tip_parameters(rows, offsets, overhangs)
-    curves = with_tips(points, rows.derivatives, parameters, offsets, closed, ends, overhangs)
-    tipped_rows = SplineRows(curves.derivatives, curves.parameters, ends)
-    return curves, as_b_splines(tipped_rows, curves.points, curves.offsets, closed)
-
-
-def _overhangs(points: Floats, strands: Strands, longest: Floats) -> Floats:
-    """(S, 2) overhang of each rod at its start and end, as long as (S,) where there is room; none of a ring."""
-    first, last = strands.offsets[:-1], strands.offsets[1:] - 1
+    points, first, last = fit.points, strands.offsets[:-1], strands.offsets[1:] - 1
     ends = np.stack([points[first + 1] - points[first], points[last] - points[last - 1]], axis=1)
     room = _MOST_OF_EDGE * np.linalg.norm(ends, axis=2)
-    overhangs: Floats = np.where(strands.closed[:, None], 0.0, np.minimum(room, longest[:, None]))
+    longest = OVERHANG_DIAMETERS * diameters[:, None]
+    overhangs: Floats = np.where(strands.closed[:, None], 0.0, np.minimum(room, longest))
     return overhangs
 
 
 def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:
     """Unit vectors (N, 3) most nearly normal to all tangents at each node, on the surface's outer side."""
-    unit = unit_vectors(tangents)
-    form = np.zeros((len(outward), 3, 3))
-    np.add.at(form, nodes, unit[:, :, None] * unit[:, None, :])
-    form -= _TOWARDS_SURFACE * outward[:, :, None] * outward[:, None, :]
+    unit = np.ascontiguousarray(unit_vectors(tangents).T)
+    form = np.empty((len(outward), 3, 3))
+    for i in range(3):
+        for j in range(i + 1):
+            form[:, i, j] = np.bincount(nodes, unit[i] * unit[j], len(outward))
+            form[:, i, j] -= _TOWARDS_SURFACE * outward[:, i] * outward[:, j]
+            form[:, j, i] = form[:, i, j]
     normal = least_eigenvectors(form)
     facing = np.where((normal * outward).sum(1, keepdims=True) < 0, -1.0, 1.0)
     unit_normals: Floats = normal * facing

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, offsets_of
+from weavecore.geometry.arrays import Bools, Floats, ranks_in_rows
 from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
-from weavecore.polling import each
 
 
 def find_breaks(strands: Strands, largest: Floats, diameters: Floats, *, fewest: int = FEWEST_JOINTS) -> Bools:
@@ -74,22 +73,25 @@ def break_strands(strands: Strands, breaks: Bools) -> Strands:
     Strands
         The pieces of a strand follow one another in its place; a closed strand that is broken once becomes open.
     """
-    nodes: list[Ints] = []
-    family: list[int] = []
-    closed: list[bool] = []
-    for s in each(range(len(strands))):
-        path, at = strands.strand(s), np.flatnonzero(breaks[strands.offsets[s] : strands.offsets[s + 1]])
-        is_closed = bool(strands.closed[s]) and len(at) == 0
-        if strands.closed[s] and len(at):
-            path, at = np.append(np.roll(path, -at[0]), path[at[0]]), at[1:] - at[0]
-        starts, stops = np.concatenate([[0], at]), np.append(at, len(path) - 1)
-        pieces = [path[a : b + 1] for a, b in zip(starts.tolist(), stops.tolist())]
-        nodes += pieces
-        family += [int(strands.family[s])] * len(pieces)
-        closed += [is_closed] * len(pieces)
+    n_visits = np.diff(strands.offsets)
+    is_broken = np.zeros(len(strands), bool)
+    is_broken[strands.owner[breaks]] = True
+    is_opened = strands.closed & is_broken
+    # An opened ring begins and ends at its first break.
+    marked = np.flatnonzero(breaks)
+    first = np.zeros(len(strands), np.int64)
+    first[strands.owner[marked[::-1]]] = marked[::-1] - strands.offsets[strands.owner[marked[::-1]]]
+    first[~is_opened] = 0
+    length = n_visits + is_opened
+    row, rank = np.repeat(np.arange(len(strands)), length), ranks_in_rows(length)
+    visit = strands.offsets[row] + (first[row] + rank) % n_visits[row]
+    parts = breaks[visit] & (rank > 0) & (rank < length[row] - 1)
+    # The node of a break is the last of one piece and the first of the next.
+    begins = (np.cumsum(1 + parts) - 1)[parts | (rank == 0)]
+    counts = 1 + np.bincount(row, parts, len(strands)).astype(np.int64)
     return Strands(
-        offsets_of([len(piece) for piece in nodes]),
-        np.concatenate([*nodes, np.zeros(0, np.int64)]),
-        np.array(family, np.int64),
-        np.array(closed, bool),
+        np.append(begins, len(visit) + parts.sum()),
+        strands.nodes[np.repeat(visit, 1 + parts)],
+        np.repeat(strands.family, counts),
+        np.repeat(strands.closed & ~is_broken, counts),
     )

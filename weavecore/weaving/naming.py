@@ -11,9 +11,12 @@ The lean of a strand is the sign of the sum of its slants over all its steps.  L
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Optional
+
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
 from weavecore.geometry.polygon_mesh import edges_between, find_fans
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.strands import Strands
@@ -69,7 +72,42 @@ def _places(strands: Strands, lattice: Lattice) -> tuple[Floats, Floats, Floats]
     return generation[first].astype(float), latitude[first].astype(float), part[first]
 
 
-def find_lean(strands: Strands, lattice: Lattice) -> Ints:
+@dataclass(frozen=True, eq=False)
+class Slants:
+    """What the edges of a lattice add to the lean of a rod that follows them, either way.
+
+    Parameters
+    ----------
+    slant : (E,) float64
+        Cosine to the latitudes where an edge leaves one for the next, positive if it leans forward.
+    inside : (E,) bool
+        Whether an edge lies inside the surface, or the surface has no free border.
+    """
+
+    slant: Floats
+    inside: Bools
+
+
+def find_slants(lattice: Lattice) -> Slants:
+    """Find how the edges slant.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    """
+    a, b = lattice.edges.T
+    ahead, depth = _latitude_tangents(lattice), lattice.node_depths
+    step, mean = lattice.nodes[b] - lattice.nodes[a], ahead[a] + ahead[b]
+    rises = np.sign(depth[b] - depth[a])
+    size = np.linalg.norm(step, axis=1) * np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)
+    slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
+    inside = np.ones(lattice.n_edges, bool)
+    if lattice.latitudes.surface.is_free_border.any():
+        inside = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes).n_faces > 1
+    return Slants(slant, inside)
+
+
+def find_lean(strands: Strands, lattice: Lattice, slants: Optional[Slants] = None) -> Ints:
     """Whether each strand leans forward (1) or back (-1) as it leaves a latitude for the next, or neither (0).
 
     Forward is the way in which the latitude runs, the unexplored side on its left.  Both
@@ -81,30 +119,21 @@ def find_lean(strands: Strands, lattice: Lattice) -> Ints:
     ----------
     strands : Strands
     lattice : Lattice
+    slants : Slants, optional
+        From `find_slants`, where they are known.
 
     Returns
     -------
     (S,) int64
     """
+    slants = slants or find_slants(lattice)
     before, after = steps_along(strands)
-    a, b = strands.nodes[before], strands.nodes[after]
-    ahead = _latitude_tangents(lattice)
-    step = lattice.nodes[b] - lattice.nodes[a]
-    depth = lattice.node_depths
-    rises = np.sign(depth[b] - depth[a])
-    mean = ahead[a] + ahead[b]
-    size = np.linalg.norm(step, axis=1) * np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)
-    slant = rises * (step * mean).sum(1) / np.maximum(size, np.finfo(float).tiny)
-    owner = rows_of(strands.offsets)[before]
-    total = np.bincount(owner, slant, minlength=len(strands))
-    steps = np.bincount(owner, minlength=len(strands))
+    edge = edges_between(lattice.edges, strands.nodes[before], strands.nodes[after])
+    owner, n = strands.owner[before], len(strands)
+    total, steps = np.bincount(owner, slants.slant[edge], n), np.bincount(owner, minlength=n)
     lean: Ints = np.sign(np.where(np.abs(total) > _LEAST_SLANT * steps, total, 0.0)).astype(np.int64)
-    edge = edges_between(lattice.edges, a, b)
-    lean[2 * np.bincount(owner, lattice.edge_family[edge] == LATITUDINAL, minlength=len(strands)) > steps] = 0
-    if lattice.latitudes.surface.is_free_border.any():
-        inside = find_fans(lattice.face_offsets, lattice.face_nodes, lattice.edges, lattice.n_nodes).n_faces > 1
-        crosses = np.bincount(owner, inside[edge], minlength=len(strands)) > 0
-        lean[~crosses] = 0
+    lean[2 * np.bincount(owner, lattice.edge_family[edge] == LATITUDINAL, n) > steps] = 0
+    lean[np.bincount(owner, slants.inside[edge], n) == 0] = 0
     return lean
 
 

@@ -18,12 +18,12 @@ import numpy as np
 
 from weavecore.errors import Unsupported
 from weavecore.geometry.arrays import Floats, dots, rows_of, unit_vectors
-from weavecore.geometry.splines import fit_splines
+from weavecore.geometry.splines import SplineRows, as_b_splines
 from weavecore.model.joints import Clashes
-from weavecore.model.rod_axes import RodAxes
+from weavecore.model.rod_axes import RodAxes, extend_to_tips
+from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.axes import extend_to_tips
-from weavecore.weaving.clearance import find_clashes
+from weavecore.weaving.clearance import clashes_of, find_clashes
 
 _LEAST, _GAP = 5.0, 2.0
 """Diameters: an overhang that is shortened keeps the first, and ends at least the second before the nearest place."""
@@ -59,56 +59,73 @@ def with_overhangs(weave: Weave, overhang: float) -> Weave:
     return replace(weave, axes=longer, bending=bending, clashes=find_clashes(longer, weave.diameters))
 
 
-def clear_overhangs(axes: RodAxes, diameters: Floats) -> tuple[RodAxes, Clashes]:
+def clear_overhangs(
+    points: Floats, rows: SplineRows, strands: Strands, overhangs: Floats, diameters: Floats
+) -> tuple[Floats, Clashes]:
     """Shorten overhangs that run into other rods, as far as a tie still holds.
 
     Parameters
     ----------
-    axes : RodAxes
+    points : (M, 3) float64
+        Of the axes at the visits.
+    rows : SplineRows
+        Through the points.
+    strands : Strands
+    overhangs : (S, 2) float64
+        Lengths to begin with; 0 of rings.
     diameters : (S,) float64
         Of the rods, in the model's unit.
 
     Returns
     -------
-    axes : RodAxes
+    overhangs : (S, 2) float64
     clashes : Clashes
         What is left.
     """
-    clashes = find_clashes(axes, diameters)
+    offsets, closed = strands.offsets, strands.closed
+    clashes = clashes_of(extend_to_tips(points, rows, offsets, closed, overhangs), closed, diameters)
     for _ in range(_MOST_ROUNDS):
-        overhangs = _shorter(axes, diameters, clashes)
-        if np.array_equal(overhangs, axes.overhangs):
+        shorter = _shorter(points, rows, strands, overhangs, diameters, clashes)
+        if np.array_equal(shorter, overhangs):
             break
-        axes = _with_lengths(axes, overhangs)
+        overhangs = shorter
         # Shorter rods clash with no others than before.
-        clashes = find_clashes(axes, diameters, among=clashes.strands)
-    return axes, clashes
+        curves = extend_to_tips(points, rows, offsets, closed, overhangs)
+        clashes = clashes_of(curves, closed, diameters, among=clashes.strands)
+    return overhangs, clashes
 
 
-def _shorter(axes: RodAxes, diameters: Floats, clashes: Clashes) -> Floats:
+def _shorter(
+    points: Floats, rows: SplineRows, strands: Strands, overhangs: Floats, diameters: Floats, clashes: Clashes
+) -> Floats:
     """Overhangs (S, 2) that end before the places where they clash."""
-    overhangs = axes.overhangs.copy()
+    shorter = overhangs.copy()
     strand, place = clashes.strands.ravel(), np.repeat(clashes.point, 2, axis=0)
     diameter = diameters[strand]
     for end, way in ((0, -1.0), (1, 1.0)):
-        outermost = axes.offsets[strand] if end == 0 else axes.offsets[strand + 1] - 1
-        along = unit_vectors(way * axes.derivatives[outermost])
-        beyond = place - axes.points[outermost]
+        outermost = strands.offsets[strand] if end == 0 else strands.offsets[strand + 1] - 1
+        along = unit_vectors(way * rows.derivatives[outermost])
+        beyond = place - points[outermost]
         reach = dots(beyond, along)
         aside = np.linalg.norm(beyond - reach[:, None] * along, axis=1)
-        now = axes.overhangs[strand, end]
+        now = overhangs[strand, end]
         is_tip = (reach > 0.0) & (reach < now + diameter) & (aside < diameter)
         room = np.clip(reach - _GAP * diameter, np.minimum(_LEAST * diameter, now), now)
-        np.minimum.at(overhangs[:, end], strand[is_tip], room[is_tip])
-    return overhangs
+        np.minimum.at(shorter[:, end], strand[is_tip], room[is_tip])
+    return shorter
 
 
 def _with_lengths(axes: RodAxes, overhangs: Floats) -> RodAxes:
     """The axes with other overhangs (S, 2); rings have none."""
     overhangs = np.where(axes.closed[:, None], 0.0, overhangs)
     gained = overhangs - axes.overhangs
-    inner = fit_splines(axes.points, axes.offsets, axes.closed)
-    tipped, drawn = extend_to_tips(axes.points, inner, axes.offsets, axes.closed, overhangs)
+    first, last = axes.offsets[:-1], axes.offsets[1:] - 1
+    at = axes.parameters - axes.parameters[first][axes.strand]
+    inner = SplineRows(axes.derivatives, at, np.where(axes.closed, axes.ends, at[last]))
+    tipped = extend_to_tips(axes.points, inner, axes.offsets, axes.closed, overhangs)
+    drawn = as_b_splines(
+        SplineRows(tipped.derivatives, tipped.parameters, tipped.ends), tipped.points, tipped.offsets, axes.closed
+    )
     return replace(
         axes,
         parameters=tipped.parameters[tipped.visits],

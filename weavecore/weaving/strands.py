@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from weavecore.geometry.arrays import Bools, Ints, next_in_loop, offsets_of, previous_in_loop, ranks_in_rows, rows_of
+from weavecore.geometry.arrays import Bools, Ints, offsets_of, ranks_in_rows, rows_of
 from weavecore.geometry.matching import ALONE
 from weavecore.geometry.polygon_mesh import edges_between
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -56,8 +56,8 @@ def find_strands(lattice: Lattice, cuts: Optional[Ints] = None, pairs: Optional[
     links = csr_matrix((np.ones(int(follows.sum()), np.int8), (dart[follows], follower[follows])), shape=(n, n))
     count, label = connected_components(links, directed=False)
     chain = label.astype(np.int64)
-    least = np.full(count, n)
-    np.minimum.at(least, chain, dart)
+    least = np.empty(count, np.int64)
+    least[chain[::-1]] = dart[::-1]
     # Each strand is found in both directions; the one that holds the lesser dart is kept.
     kept = least[chain] < least[chain[dart ^ 1]]
     is_open = np.zeros(count, bool)
@@ -81,11 +81,10 @@ def darts_at(lattice: Lattice, strands: Strands, visits: Bools) -> Ints:
     strands : Strands
     visits : (M,) bool
     """
-    after, before = next_in_loop(strands.offsets), previous_in_loop(strands.offsets)
     at = np.flatnonzero(visits)
     here = strands.nodes[at]
     pairs = []
-    for beside in (strands.nodes[before[at]], strands.nodes[after[at]]):
+    for beside in (strands.nodes[strands.preceding[at]], strands.nodes[strands.following[at]]):
         edge = edges_between(lattice.edges, here, beside)
         pairs.append(2 * edge + (lattice.edges[edge, 1] == here))
     return np.stack(pairs, axis=1)
@@ -106,10 +105,11 @@ def families_along(strands: Strands, lattice: Lattice) -> Ints:
 
 def _families(family: Ints, chain: Ints, count: int) -> Ints:
     """Family (count,) of each chain of darts: that of all of its edges, or longitudinal if there is more than one."""
-    least, most = np.full(count, POCKET), np.full(count, LATITUDINAL)
-    np.minimum.at(least, chain, family)
-    np.maximum.at(most, chain, family)
-    families: Ints = np.where(least == most, least, LONGITUDINAL)
+    families = np.full(count, POCKET)
+    families[chain] = family
+    has_several = np.zeros(count, bool)
+    has_several[chain[family != families[chain]]] = True
+    families[has_several] = LONGITUDINAL
     return families
 
 
@@ -255,11 +255,5 @@ def steps_along(strands: Strands) -> tuple[Ints, Ints]:
     before, after : (k,) int64
         Entries of ``strands.nodes``.
     """
-    after = next_in_loop(strands.offsets)
-    start = np.flatnonzero(_goes_on(strands, after))
-    return start, after[start]
-
-
-def _goes_on(strands: Strands, after: Ints) -> Bools:
-    goes_on: Bools = strands.closed[rows_of(strands.offsets)] | (after > np.arange(len(after)))
-    return goes_on
+    start = np.flatnonzero(strands.following >= 0)
+    return start, strands.following[start]

@@ -31,14 +31,22 @@ from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.rod_pairing import DartPairs, find_dart_pairs
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.axes import OVERHANG_DIAMETERS, Fit, draw_axes, fit_axes, refit_axes, surface_normals
-from weavecore.weaving.bending import Sharpest, find_sharpest, material_named, measure_bending
+from weavecore.weaving.axes import Fit, draw_axes, fit_axes, refit_axes, surface_normals, usual_overhangs
+from weavecore.weaving.bending import (
+    BentRods,
+    Sharpest,
+    find_sharpest,
+    largest_at,
+    least_largest,
+    material_named,
+    measure_bending,
+)
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
 from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
-from weavecore.weaving.naming import find_lean, name_strands
+from weavecore.weaving.naming import Slants, find_lean, find_slants, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
-from weavecore.weaving.stock import LEAST_RODS, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
+from weavecore.weaving.stock import LEAST_RODS, LEAST_SHARE, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
 from weavecore.weaving.strands import darts_at, families_along, find_strands, steps_along
 
 _MOST_BREAK_ROUNDS = 3
@@ -54,9 +62,6 @@ broken rods would be pieces of a few joints each, and hold nothing: they stay wh
 
 _MOST_OVERHANG_ROUNDS = 6
 """Rounds in which the room for overhangs is taken back at contacts of rods that it bends too much."""
-
-_UNMOVED = 1e-6
-"""An axis whose direction, a vector of about unit length, changes by less is taken to be bent as before."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -114,9 +119,9 @@ def weave_lattice(
     bent = weaver.bend_in_stock(strands, stock) if by_family is None else weaver.bend(strands, by_family)
     bent = weaver.make_room_for_overhangs(bent)
     report(0.8, "measuring")
-    axes, clashes = _with_overhangs(lattice, bent.strands, bent.fit, bent.diameters)
+    axes, clashes = _with_overhangs(lattice, bent.strands, bent.fit, bent.rods.diameters)
     normals = bent.fit.normals
-    bending, _ = measure_bending(axes, normals[bent.strands.nodes], diameters=bent.diameters, material=stuff)
+    bending = measure_bending(axes, normals[bent.strands.nodes], diameters=bent.rods.diameters, material=stuff)
     return Weave(
         lattice=lattice,
         strands=bent.strands,
@@ -125,7 +130,7 @@ def weave_lattice(
         axes=axes,
         normals=normals,
         bending=bending,
-        diameters=bent.diameters,
+        diameters=bent.rods.diameters,
         material=stuff,
         over_under=style.name,
         conflicts=bent.order.conflicts,
@@ -150,18 +155,20 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
     strands, diameters, axes = weave.strands, weave.diameters, weave.axes
     fit = refit_axes(lattice, strands, weave.joints, diameters, layer_offsets=axes.layer_offsets, normals=weave.normals)
     axes, clashes = _with_overhangs(lattice, strands, fit, diameters)
-    bending, _ = measure_bending(axes, fit.normals[strands.nodes], diameters=diameters, material=weave.material)
+    bending = measure_bending(axes, fit.normals[strands.nodes], diameters=diameters, material=weave.material)
     return replace(weave, lattice=lattice, axes=axes, normals=fit.normals, bending=bending, clashes=clashes)
 
 
 def _with_overhangs(lattice: Lattice, strands: Strands, fit: Fit, diameters: Floats) -> tuple[RodAxes, Clashes]:
     """The axes of a fit with their overhangs, those that clash shortened."""
-    return clear_overhangs(draw_axes(lattice, strands, fit, OVERHANG_DIAMETERS * diameters), diameters)
+    longest = usual_overhangs(strands, fit, diameters)
+    overhangs, clashes = clear_overhangs(fit.points, fit.rows, strands, longest, diameters)
+    return draw_axes(lattice, strands, fit, overhangs), clashes
 
 
 @dataclass(frozen=True, eq=False)
 class _Bent:
-    """Rods in their places: diameters (3,) by family and (S,) by rod, the splines, and how sharply they are bent.
+    """Rods in their places: diameters (3,) by family, the splines, and how sharply they are bent.
 
     ``cuts`` (k, 2) are the darts between which rods are broken.
     """
@@ -170,8 +177,8 @@ class _Bent:
     lean: Ints
     order: Order
     by_family: Floats
-    diameters: Floats
     fit: Fit
+    rods: BentRods
     sharpest: Sharpest
     cuts: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
 
@@ -199,6 +206,11 @@ class _Weaver:
         """The pairs of edges that rods may follow."""
         return find_dart_pairs(self.lattice)
 
+    @cached_property
+    def slants(self) -> Slants:
+        """How the edges slant."""
+        return find_slants(self.lattice)
+
     def bend(
         self,
         strands: Strands,
@@ -219,7 +231,7 @@ class _Weaver:
         if like is not None and strands is like.strands:
             lean, order = like.lean, like.order
         else:
-            lean = find_lean(strands, self.lattice)
+            lean = find_lean(strands, self.lattice, self.slants)
             order = order_rods(self.lattice, strands, lean, self.style)
         if counts_overhangs is None:
             counts_overhangs = np.zeros(len(order.joints.contacts), bool)
@@ -241,30 +253,20 @@ class _Weaver:
             start=start,
             changed=changed,
         )
-        known = None if like is None or same is None else _known_diameters(strands, fit, like, same)
         shift = fit.layer_offsets[:, None] * fit.normals[strands.nodes]
-        sharpest = find_sharpest(
-            fit.points,
-            fit.rows,
-            shift,
-            strands.offsets,
-            strands.closed,
-            diameters=diameters,
-            material=self.material,
-            known=known,
-        )
-        return _Bent(strands, lean, order, by_family, diameters, fit, sharpest)
+        rods = BentRods(fit.points, fit.rows, shift, strands.offsets, strands.closed, diameters, self.material)
+        return _Bent(strands, lean, order, by_family, fit, rods, find_sharpest(rods))
 
     def bend_in_stock(self, strands: Strands, own: Optional[Sequence[float]]) -> _Bent:
         """Rods of the thickest stock diameter that nearly all can be bent in, broken where few cannot."""
         stock = own or stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
         whole = self.bend(strands, _one_for_all(self.lattice.assumed_diameter))
-        diameter = choose_diameter(whole.sharpest.largest, stock)
+        diameter = choose_diameter(least_largest(whole.rods, 1.0 - LEAST_SHARE), stock)
         while True:
             whole = self.bend(strands, _one_for_all(diameter), like=whole)
             bent = self.break_rods(whole, FEWEST_JOINTS)
             thinner = next_thinner(diameter, stock)
-            if thinner is None and (whole.sharpest.largest < diameter).mean() > _MOST_SHARP:
+            if thinner is None and (whole.sharpest.at_visits > 1.0).mean() > _MOST_SHARP:
                 return whole
             if thinner is None or (bent.sharpest.utilisation <= 1.0).mean() >= LEAST_RODS:
                 broken = self.break_rods(bent, _FEWEST_OF_ALL)
@@ -279,7 +281,8 @@ class _Weaver:
         """
         for found_anew in (True, False):
             for _ in range(_MOST_BREAK_ROUNDS):
-                breaks = find_breaks(bent.strands, bent.sharpest.largest, bent.diameters, fewest=fewest)
+                largest = largest_at(bent.rods, bent.sharpest.at_visits > 1.0)
+                breaks = find_breaks(bent.strands, largest, bent.rods.diameters, fewest=fewest)
                 if not breaks.any():
                     return bent
                 cuts = np.concatenate([bent.cuts, darts_at(self.lattice, bent.strands, breaks)])
@@ -358,19 +361,6 @@ def _changed_nodes(lattice: Lattice, strands: Strands, joints: Joints, same: Int
     has_end = is_end[joints.visit[joints.contacts]].any(axis=1)
     changed[joints.node[joints.joint[joints.contacts[has_end & counts_overhangs, 0]]]] = True
     return changed
-
-
-def _known_diameters(strands: Strands, fit: Fit, like: _Bent, same: Ints) -> Floats:
-    """The largest diameter (M,) of visits, as of like rods that run the same way there and beside; else NaN."""
-    old, slope = like.fit.rows.derivatives[same], fit.rows.derivatives
-    # A rod may run the other way than before.
-    turned = np.minimum(np.abs(slope - old).max(axis=1), np.abs(slope + old).max(axis=1))
-    has_moved = (same < 0) | (turned > _UNMOVED)
-    before, after = steps_along(strands)
-    beside = has_moved.copy()
-    beside[after] |= has_moved[before]
-    beside[before] |= has_moved[after]
-    return np.where(beside, np.nan, like.sharpest.largest[same])
 
 
 def _one_for_all(diameter: float) -> Floats:
