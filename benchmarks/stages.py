@@ -2,7 +2,7 @@
 
     python benchmarks/stages.py --write docs/benchmarks.md   # prints the table, keeps it there and in stages.csv
     python benchmarks/stages.py --beside ../before --write docs/benchmarks.md
-    python benchmarks/stages.py --scan                       # a noisy scan with holes instead of the smooth shell
+    python benchmarks/stages.py --scan --skip 4              # the largest noisy scan with holes, not the smooth shell
     python benchmarks/stages.py --sizes 3 --check            # says what is slower than in the last run kept
 
 Each size runs in a process of its own, which reads the surface from a binary ``.ply``; a stage that is not done within
@@ -90,6 +90,7 @@ def main() -> None:
     """Run the benchmark as the command line says."""
     parser = argparse.ArgumentParser(description="Processor seconds and memory of every stage over size.")
     parser.add_argument("--sizes", type=int, default=len(SIZES), help="how many of the sizes, the smallest first")
+    parser.add_argument("--skip", type=int, default=0, help="how many of the smallest are left out")
     parser.add_argument("--minutes", type=float, default=30.0, help="of elapsed time, in all")
     parser.add_argument("--scan", action="store_true", help="a noisy scan with holes instead of the smooth shell")
     parser.add_argument("--beside", type=Path, help="another checkout, whose table is printed below ours")
@@ -98,7 +99,7 @@ def main() -> None:
     options = parser.parse_args()
     end = time.monotonic() + 60.0 * options.minutes
     runs: dict[Path, list[list[Row]]] = {one: [] for one in (ROOT, options.beside) if one}
-    for faces, nodes in SIZES[: options.sizes]:
+    for faces, nodes in SIZES[options.skip : options.sizes]:
         for checkout, rows in runs.items():
             rows.append(measured(checkout, faces, nodes, options.scan, end))
     text = "\n\n".join(report(rows, checkout, options.scan) for checkout, rows in runs.items())

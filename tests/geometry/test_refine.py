@@ -213,6 +213,18 @@ def test_protected_edges_are_not_cut():
     assert not one_side[find_twins(faces, len(vertices))[one_side]].any()
 
 
+@pytest.mark.parametrize("mesh", [ONE_TRIANGLE, cube_with_hole(), bumpy_grid(6)], ids=["triangle", "cube", "grid"])
+@pytest.mark.parametrize("longest", [0.4, 100.0])
+def test_the_twins_are_those_of_the_refined_faces(mesh, longest):
+    vertices, faces = mesh
+    shut = np.zeros(faces.size, bool)
+    shut[::5] = find_twins(faces, len(vertices))[::5] != NO_TWIN
+    open_ = find_twins(faces, len(vertices)) == NO_TWIN
+    open_[1::2] = False
+    fine = refine_faces(vertices, faces, longest=longest, protected=shut, splittable=open_)
+    assert fine.twins.tolist() == find_twins(fine.faces, len(fine.vertices)).tolist()
+
+
 def test_the_input_is_not_changed_and_the_result_is_the_same_each_time():
     vertices, faces = bumpy_grid(10)
     copies = vertices.copy(), faces.copy()
