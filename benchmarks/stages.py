@@ -46,6 +46,7 @@ SLOWER = 1.3
 WORKER = """
 import json, resource, sys, tempfile, time, warnings
 warnings.simplefilter("ignore")
+from dataclasses import replace
 from pathlib import Path
 from weavecore import pipeline
 from weavecore.errors import WeaveError
@@ -67,7 +68,7 @@ def told(name, work):
 def run(path, nodes, folder):
     global count
     folder.mkdir()
-    surface = told("read", lambda: pipeline.read_surface(path))
+    surface = replace(told("read", lambda: pipeline.read_surface(path)), unit="Millimeters")  # a .ply has none
     spacing = (surface.area / nodes * 0.87) ** 0.5
     latitudes = told("offset", lambda: pipeline.offset(surface, spacing=spacing))
     lattice = told("link", lambda: pipeline.link(latitudes))
