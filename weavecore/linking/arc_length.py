@@ -75,8 +75,8 @@ class Located:
     def values(self, at_points: Floats) -> Floats:
         """Values (n, k), linear between those (N, k) at the points of the polylines."""
         part = self._part
-        values: Floats = at_points.take(self._start, axis=0) * (1 - part)
-        values += at_points.take(self._after, axis=0) * part
+        first = at_points.take(self._start, axis=0)
+        values: Floats = first + (at_points.take(self._after, axis=0) - first) * part
         return values
 
 
