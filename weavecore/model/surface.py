@@ -13,7 +13,7 @@ from typing import Optional
 import numpy as np
 
 from weavecore.errors import BadIndex, Degenerate, NonFinite
-from weavecore.geometry.arrays import Bools, Floats, Ints, frozen
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, frozen
 from weavecore.geometry.closest import FaceFinder
 from weavecore.geometry.halfedges import (
     NO_TWIN,
@@ -209,13 +209,13 @@ class SurfaceMesh:
     def area(self) -> float:
         """Sum of the areas of the faces, in square units."""
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+        return float(np.linalg.norm(cross(b - a, c - a), axis=1).sum()) / 2
 
     @cached_property
     def face_normals(self) -> Floats:
         """(F, 3) unit normals; zero where a face has no area."""
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
+        normal = cross(b - a, c - a)
         size = np.linalg.norm(normal, axis=1, keepdims=True)
         unit: Floats = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
         return unit
