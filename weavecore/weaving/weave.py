@@ -31,7 +31,7 @@ from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.rod_pairing import DartPairs, find_dart_pairs
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.axes import Fit, draw_axes, fit_axes, refit_axes, surface_normals, usual_overhangs
+from weavecore.weaving.axes import Fit, draw_axes, fit_axes, nodes_around, refit_axes, surface_normals, usual_overhangs
 from weavecore.weaving.bending import (
     BentRods,
     Sharpest,
@@ -62,6 +62,9 @@ broken rods would be pieces of a few joints each, and hold nothing: they stay wh
 
 _MOST_OVERHANG_ROUNDS = 6
 """Rounds in which the room for overhangs is taken back at contacts of rods that it bends too much."""
+
+_NO_WORSE = 1e-3
+"""A rod that exceeds the allowable stress may be bent so much more sharply, in parts, for the overhangs of others."""
 
 Progress = Optional[Callable[[float, str], None]]
 
@@ -297,15 +300,19 @@ class _Weaver:
 
     def make_room_for_overhangs(self, bent: _Bent) -> _Bent:
         """Shift rods apart where one ends, so that its overhang passes the other, unless that bends one too much."""
-        joints = bent.order.joints
+        joints, strands = bent.order.joints, bent.strands
+        node = joints.node[joints.joint[joints.contacts[:, 0]]]
         counts_overhangs = np.ones(len(joints.contacts), bool)
-        for _ in range(_MOST_OVERHANG_ROUNDS):
-            wider = self.bend(bent.strands, bent.by_family, like=bent, counts_overhangs=counts_overhangs)
+        for n in range(_MOST_OVERHANG_ROUNDS):
+            wider = self.bend(strands, bent.by_family, like=bent, counts_overhangs=counts_overhangs)
             before, now = bent.sharpest.utilisation, wider.sharpest.utilisation
-            is_worse = (now > 1.0) & (now > before)
+            is_worse = (now > 1.0) & ((before <= 1.0) | (now > (1.0 + _NO_WORSE) * before))
             if not is_worse.any():
                 return wider
-            counts_overhangs &= ~is_worse[joints.strand[joints.contacts]].any(axis=1)
+            # What is shifted at a joint shifts all of its rods, and those beside it a little.
+            nodes = np.zeros(self.lattice.n_nodes, bool)
+            nodes[strands.nodes[is_worse[strands.owner]]] = True
+            counts_overhangs &= ~nodes_around(strands, nodes, n)[node]
         return bent
 
 
