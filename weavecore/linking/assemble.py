@@ -180,7 +180,7 @@ class _Pockets:
         done: list[Filling] = []
         while True:
             for own, around in list(zip(groups, near))[len(done) :]:
-                done.append(self._fill(own, existing, sum(len(part.steiner_points) for part in done), around))
+                done.append(self._fill(own, existing, done, around))
             nodes, filled = self._improved(done, existing)
             partial = np.concatenate([part.partial for part in done])
             faces, lacking = splice(strips, bad, filled, self.ring_edges, partial)
@@ -205,18 +205,20 @@ class _Pockets:
             return near
         return None if np.isin(own, near).all() else np.union1d(near, own)
 
-    def _fill(self, bands: Ints, existing: Ints, n_steiner: int, near: Optional[Ints]) -> Filling:
-        """Fill bands around some nodes or as a whole; numbers of Steiner vertices follow those of so many others."""
+    def _fill(self, bands: Ints, existing: Ints, done: list[Filling], near: Optional[Ints]) -> Filling:
+        """Fill bands around some nodes or as a whole, where others are filled already."""
         if len(bands) == 0:
             nothing = np.zeros(0, np.int64)
             return Filling(np.zeros((0, 3), np.int64), nothing, np.zeros((0, 3)), nothing)
+        edges = [BandFaces(triangles_as_faces(part.triangles), part.band).edges() for part in done]
+        n_steiner = sum(len(part.steiner_points) for part in done)
         return fill_bands(
             self.latitudes,
             self.divided.stations,
             self.border_nodes,
             len(self.on_boundaries) + n_steiner,
             bands,
-            existing,
+            np.concatenate([existing, *edges]),
             self.edge_length,
             near=None if near is None else self.on_boundaries[near],
             reach=_REACH * max(self.edge_length, self.latitudes.spacing),

@@ -207,7 +207,7 @@ def _check_refinement(mesh: BandMesh, graph: EdgeGraph, coarse: Bools, n_vain: i
 def _bad_links(voronoi: VoronoiRegions, site_node: Ints, existing_edges: Ints) -> Ints:
     """Links that join what is joined already, or a node with itself."""
     dual, graph = voronoi.dual, voronoi.graph
-    n = np.int64(site_node.max() + 1)
+    n = np.int64(max(site_node.max(), existing_edges.max(initial=0)) + 1)
     pair = np.sort(site_node[dual.links], axis=1)
     key = pair[:, 0] * n + pair[:, 1]
     is_border = np.bincount(graph.of_triangle.ravel(), minlength=len(graph.a)) == 1
