@@ -110,9 +110,10 @@ def fit_splines(points: Floats, offsets: Ints, closed: Bools) -> SplineRows:
     SplineRows
     """
     chord = _chords(points, offsets, closed)
-    total = np.concatenate([[0.0], np.cumsum(chord)])
-    first, last = offsets[:-1], offsets[1:] - 1
-    parameters = total[:-1] - np.repeat(total[first], np.diff(offsets))
+    parameters, last = np.zeros(len(points)), offsets[1:] - 1
+    # Sums of single rows do not depend on the rows before.
+    for begin, end in zip(offsets[:-1].tolist(), last.tolist()):
+        np.cumsum(chord[begin:end], out=parameters[begin + 1 : end + 1])
     ends = parameters[last] + np.where(closed, chord[last], 0.0)
     return SplineRows(fit_derivatives(points, offsets, closed, chord), parameters, ends)
 
