@@ -147,6 +147,8 @@ class _Runs:
     cubic, first, last : (n,) int64
         The cubic, its piece at which the run begins, and the one before which it ends.
     strand : (n,) int64
+    begins_at, ends_at : (n,) float64
+        Parameter at the start of the first and of the last piece.
     a, b : (3, n) float64
         Ends.
     middle : (3, n) float64
@@ -161,6 +163,8 @@ class _Runs:
     first: Ints
     last: Ints
     strand: Ints
+    begins_at: Floats
+    ends_at: Floats
     a: Floats
     b: Floats
     middle: Floats
@@ -207,7 +211,8 @@ class _Cubics:
         begin: Ints = first[owner] + sizes * ranks_in_rows(counts)
         end: Ints = np.minimum(begin + sizes, last[owner])
         cubic = cubic[owner]
-        n, places = self.n_pieces[cubic], self._places[:, :, cubic]
+        n, places, at = self.n_pieces[cubic], self._places[:, :, cubic], self._at[cubic]
+        piece = self.piece(cubic)
         a, b = (polynomial_values(places, k / n) for k in (begin, end))
         # A curve lies within h²/8 max|r''| of its chord.
         deviation = self.most_bend[cubic] * ((end - begin) / n * self._width[cubic]) ** 2 / 8.0
@@ -215,30 +220,30 @@ class _Cubics:
         slack = np.where(end - begin == 1, 0.0, deviation)
         bound = slack + (1.0 - CLASH) / 2.0 * self.diameter[cubic]
         reach = (half + bound) * (1.0 + _ROUNDING)
-        return _Runs(cubic, begin, end, self.strand[cubic], a, b, (a + b) / 2.0, bound, reach)
+        along = at + piece * begin, at + piece * (end - 1)
+        return _Runs(cubic, begin, end, self.strand[cubic], *along, a, b, (a + b) / 2.0, bound, reach)
 
     def is_own(self, runs: _Runs, pairs: Ints) -> Bools:
         """Which pairs of one rod cannot clash: all their pieces are neighbours, or it hardly turns on its way.
 
         A curve that turns by less than a radian from end to end is at least cos(1/2) times as wide as it is long.
         """
-        cubic = runs.cubic[pairs]
-        at, part = self._at[cubic], self._width[cubic] / self.n_pieces[cubic]
-        begin, end = at + part * runs.first[pairs], at + part * (runs.last[pairs] - 1)
-        apart = end.max(1) - begin.min(1)
-        is_single = (runs.last - runs.first == 1)[pairs].all(1)
-        apart = np.where(is_single, np.minimum(apart, self._turn[cubic[:, 0]] - apart), apart)
-        near = apart < _OWN_REACH * self.diameter[cubic[:, 0]]
-        is_hardly_bent = self.most_bend[cubic].max(1) * (end.max(1) - begin.min(1)) < _LITTLE_TURN
+        one, other = pairs.T
+        cubic, beside = runs.cubic[one], runs.cubic[other]
+        apart = np.maximum(runs.ends_at[one], runs.ends_at[other]) - np.minimum(
+            runs.begins_at[one], runs.begins_at[other]
+        )
+        bend = np.maximum(self.most_bend[cubic], self.most_bend[beside])
         # Cubics of one rod that follow each other have numbers that do.
-        is_hardly_bent &= np.abs(cubic[:, 0] - cubic[:, 1]) <= 1
-        own: Bools = near | is_hardly_bent
+        is_hardly_bent = (bend * apart < _LITTLE_TURN) & (np.abs(cubic - beside) <= 1)
+        is_single = (runs.last[one] - runs.first[one] == 1) & (runs.last[other] - runs.first[other] == 1)
+        apart = np.where(is_single, np.minimum(apart, self._turn[cubic] - apart), apart)
+        own: Bools = is_hardly_bent | (apart < _OWN_REACH * self.diameter[cubic])
         return own
 
     def may_meet_themselves(self, runs: _Runs) -> Ints:
         """The runs that pieces of their own may clash with: those that are long, and turn much on their way."""
-        cubic = runs.cubic
-        length = self._width[cubic] / self.n_pieces[cubic] * (runs.last - runs.first - 1)
+        cubic, length = runs.cubic, runs.ends_at - runs.begins_at
         is_bent = self.most_bend[cubic] * length >= _LITTLE_TURN
         return np.flatnonzero(is_bent & (length >= _OWN_REACH * self.diameter[cubic]))
 
