@@ -8,6 +8,7 @@ What is costly to import is imported where it is used: ``--help`` answers at onc
 
 import contextlib
 import errno
+import gc
 import io
 import os
 import signal
@@ -41,6 +42,11 @@ _FULL = (errno.ENOSPC, errno.EIO, errno.EFBIG, errno.EDQUOT, errno.EBADF)
 
 _BY_SIGNAL = 128
 """Exit status of a process that a signal ended, less the number of the signal."""
+
+
+_GARBAGE_THRESHOLDS = (50_000, 20, 50)
+"""Of `gc.set_threshold`: drawings are made of hundreds of thousands of tuples, and looking for circles among them again
+and again takes a seventh of the time of a large workshop folder."""
 
 
 class _Ended(BaseException):
@@ -91,6 +97,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
         if isinstance(stream, io.TextIOWrapper):  # A name or sign that the terminal lacks must not end the work.
             stream.reconfigure(errors="replace")
     _raise_on_signals()
+    gc.set_threshold(*_GARBAGE_THRESHOLDS)
     for name in THREAD_VARIABLES:
         os.environ.setdefault(name, "1")
     try:
