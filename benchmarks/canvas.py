@@ -41,10 +41,10 @@ class Bench:
         self._last, self._longest = now, max(self._longest, now - self._last)
         return False
 
-    def run(self, name: str, what: str, **inputs: Any) -> Ran:
-        """Run a component that was just placed."""
+    def run(self, name: str, what: str, placed: str = "", **inputs: Any) -> Ran:
+        """Run a component that was just placed, or one that was ``placed`` before."""
         names = [p["name"] for p in parameters_of(COMPONENTS / name, "input")]
-        component = Component(names, wired=list(inputs), InstanceGuid=str(len(self.rows)))
+        component = Component(names, wired=list(inputs), InstanceGuid=placed or str(len(self.rows)))
         begun = self._last = time.thread_time()
         self._longest = 0.0
         ran = run_component(name, component=component, **inputs)
@@ -65,7 +65,8 @@ def report(spacing: float, folder: Path) -> str:
     surface = bench.run("Weave_Surface", "a file", geometry=str(SAMPLE))["surface"]
     latitudes = bench.run("Weave_Offset", "levels", surface=surface, spacing=[spacing])["latitudes"]
     lattice = bench.run("Weave_Link", "triangular", latitudes=latitudes)["lattice"]
-    weave = bench.run("Weave_Strands", "a diameter", lattice=lattice, diameter=0.3)["weave"]
+    weave = bench.run("Weave_Strands", "a diameter", placed="strands", lattice=lattice, diameter=0.3)["weave"]
+    bench.run("Weave_Strands", "another diameter", placed="strands", lattice=lattice, diameter=0.31)
     bench.run("Weave_Preview", "all rods", weave=weave)
     bench.run("Weave_Preview", "up to a step", weave=weave, step=len(weave) // 2)
     bench.run("Weave_Preview", "another amplitude", weave=weave, amplitude=3.0)

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         write_replay,
     )
     from weavecore.validating import validate
+    from weavecore.weaving.layout import Layout
 
 __all__ = [
     "Workshop",
@@ -69,6 +70,7 @@ __all__ = [
     "export",
     "fabricate",
     "inspect_file",
+    "lay_out",
     "link",
     "offset",
     "read_curves",
@@ -291,6 +293,7 @@ def weave(
     stock: Optional[Sequence[float]] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
+    layout: Optional[Layout] = None,
     progress: Optional[Progress] = None,
 ) -> Weave:
     """Lay rods over and under each other along the edges of a lattice (Yan et al. 2016, §3 and §6).
@@ -309,6 +312,9 @@ def weave(
     over_under : str, optional
         ``"stacked"``: in layers that rods do not leave; ``"plain"``: over, under, over…;
         ``"twill 2/2"`` or others: over two, under two.  By default what the lattice's pattern is woven in.
+    layout : Layout, optional
+        From `lay_out` with the same lattice and style, so that only what depends on the diameter is computed: the
+        weave is the same without.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -331,8 +337,36 @@ def weave(
         stock=stock,
         material=material,
         over_under=over_under,
+        layout=layout,
         progress=progress,
     )
+
+
+@pollable
+def lay_out(lattice: Lattice, *, over_under: Optional[str] = None, progress: Optional[Progress] = None) -> Layout:
+    """Find the rods of a lattice and which lies over which, whatever their diameter: for several calls of `weave`.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    over_under : str, optional
+        As of `weave`.
+    progress : callable, optional
+        Called with a fraction and a label; raising in it cancels.
+
+    Returns
+    -------
+    Layout
+
+    Raises
+    ------
+    Unsupported
+    """
+    from weavecore.weaving.layout import lay_out_rods
+
+    if progress is not None:
+        progress(0.0, "finding the strands")
+    return lay_out_rods(lattice, over_under)
 
 
 def read_rods(path: PathLike) -> Weave:

@@ -5,12 +5,13 @@ from weavecore import canvas
 
 
 def compute(run, lattice, diameter, material, style, stock):
+    layout = run.part(canvas.lay_out_rods, lattice, canvas.style_or_none(style))
     weave = wc.weave(
-        lattice,
+        layout.lattice,
         rod_diameter=diameter,
         stock=canvas.diameters(stock),
         material=canvas.plain(material) or "gfrp",
-        over_under=canvas.style_or_none(style),
+        layout=layout,
         progress=run.progress,
     )
     drawn = canvas.draw_rods(run, weave)

@@ -31,6 +31,7 @@ from ghpython.stubs import (
     run_script_of,
 )
 from grasshopper_files.components import ACCESS, HINTS, read_component, without_requirements
+from weavecore import canvas as module_of_canvas
 from weavecore import pipeline
 from weavecore.canvas import lists_of
 from weavecore.exploring import Row
@@ -547,6 +548,29 @@ def test_balloons_come_again_with_results_that_are_kept(canvas: Canvas, stages: 
     assert any(text.startswith("Bent too sharply: ") for _, text in first.messages)
     conflicts = len(first["weave"].conflicts)
     assert any(f" at {conflicts} place" in text for _, text in first.messages) == (conflicts > 0)
+
+
+def test_another_diameter_takes_the_rods_that_are_laid_out_already(
+    canvas: Canvas, stages: dict[str, Ran], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lattice, laid = stages["link"]["lattice"], []
+    lay_out = module_of_canvas.lay_out_rods
+
+    def counted(*arguments: Any) -> Any:
+        laid.append(arguments)
+        return lay_out(*arguments)
+
+    monkeypatch.setattr(module_of_canvas, "lay_out_rods", counted)
+    names = [p["name"] for p in parameters_of(COMPONENTS / "Weave_Strands", "input")]
+    component = Component(names, wired=["lattice", "diameter"], InstanceGuid="slider")
+    weaves = [
+        run_component("Weave_Strands", component=component, lattice=lattice, diameter=diameter, style=style)["weave"]
+        for diameter, style in ((3.0, None), (4.0, None), (4.0, "plain"), (5.0, None))
+    ]
+    assert len(laid) == 2
+    alone = pipeline.weave(lattice, rod_diameter=4.0)
+    assert np.array_equal(weaves[1].axes.controls, alone.axes.controls)
+    assert weaves[2].over_under == "plain"
 
 
 def test_export_writes_once_when_its_button_turns_true(canvas: Canvas, stages: dict[str, Ran], tmp_path: Path) -> None:

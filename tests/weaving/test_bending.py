@@ -51,8 +51,10 @@ def arc(radius: float, degrees: float, n: int, *, closed: bool = False) -> np.nd
 
 
 def measured(axes: RodAxes, diameter: float = 5.0) -> Bending:
-    normals = np.tile([0.0, 0.0, 1.0], (len(axes.points), 1))
-    return measure_bending(axes, normals, diameters=np.full(len(axes), diameter), material=material_named("gfrp"))
+    rows, shift = SplineRows(axes.derivatives, axes.parameters, axes.ends), np.zeros_like(axes.points)
+    diameters = np.full(len(axes), diameter)
+    rods = BentRods(axes.points, rows, shift, axes.offsets, axes.closed, diameters, material_named("gfrp"))
+    return measure_bending(axes, rods, find_sharpest(rods))
 
 
 def test_stations_without_samples_are_those_of_the_samples() -> None:

@@ -51,6 +51,7 @@ from weavecore.linking.link import PATTERN_NAMES
 from weavecore.pipeline import METHODS
 from weavecore.weaving.bending import known_materials
 from weavecore.weaving.layers import PLAIN, STACKED
+from weavecore.weaving.layout import lay_out_rods
 
 STYLES = (USUAL_STYLE, STACKED, PLAIN, "twill 2/2", "twill 3/1")
 """Styles of over and under on the list; others are typed."""
@@ -111,6 +112,7 @@ __all__ = [
     "draw_weave_parts",
     "equilibrium_caption",
     "equilibrium_concerns",
+    "lay_out_rods",
     "lists_of",
     "measure",
     "measures_caption",

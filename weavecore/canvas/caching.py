@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Mapping, MutableMapping
 from importlib import import_module
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 _FEWEST, _SOLUTIONS = 4, 2
 """Results that a cache holds at least, and the solutions whose results it holds."""
@@ -38,6 +38,7 @@ class ComponentCache:
         self.pressed: set[str] = set()
         self.has_lists = False
         self._outcomes: OrderedDict[str, Any] = OrderedDict()
+        self._parts: OrderedDict[str, Any] = OrderedDict()
 
     def __len__(self) -> int:
         return len(self._outcomes)
@@ -54,8 +55,20 @@ class ComponentCache:
         if key is None:
             return
         self._outcomes[key] = outcome
-        while len(self._outcomes) > max(_FEWEST, _SOLUTIONS * n_runs):
-            self._outcomes.popitem(last=False)
+        _drop_oldest(self._outcomes, n_runs)
+
+    def part(self, key: str, make: Callable[[], Any], n_runs: int) -> Any:
+        """What several results have in common, made unless it is known."""
+        if key not in self._parts:
+            self._parts[key] = make()
+        self._parts.move_to_end(key)
+        _drop_oldest(self._parts, n_runs)
+        return self._parts[key]
+
+
+def _drop_oldest(kept: OrderedDict[str, Any], n_runs: int) -> None:
+    while len(kept) > max(_FEWEST, _SOLUTIONS * n_runs):
+        kept.popitem(last=False)
 
 
 def cache_of(component: Any, sticky: MutableMapping[str, Any]) -> ComponentCache:

@@ -25,7 +25,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from weavecore.canvas.caching import cache_of, pressed, runs_of
+from weavecore.canvas.caching import ComponentCache, cache_of, pressed, runs_of
 from weavecore.canvas.placing import offer_lists
 from weavecore.canvas.trees import data_tree
 from weavecore.errors import UnitUnknown, Unsupported, WeaveError
@@ -92,12 +92,18 @@ class Run:
         has not been saved yet.
     number : int
         Which run of the solution it is, from 0.
+    count : int
+        How many runs the solution has.
+    cache : ComponentCache, optional
+        Of the component.
     """
 
     is_cancelled: Callable[[], bool]
     show_text: Callable[[str], None]
     folder: Path = field(default_factory=Path.home)
     number: int = 0
+    count: int = 1
+    cache: Optional[ComponentCache] = None
     caption: str = ""
     balloons: list[tuple[str, str]] = field(default_factory=list)
 
@@ -130,6 +136,20 @@ class Run:
         """
         if self.is_cancelled():
             raise Cancelled
+
+    def part(self, make: Callable[..., Any], *arguments: Any) -> Any:
+        """What ``make`` gives for some arguments, kept between solutions: for what other inputs do not change.
+
+        Parameters
+        ----------
+        make : callable
+        *arguments
+            Values of weavecore, numbers and texts.
+        """
+        if self.cache is None:
+            return make(*arguments)
+        key = digest([make.__module__, make.__qualname__, *arguments])
+        return self.cache.part(key, lambda: make(*arguments), self.count)
 
     def tree(self, branches: Iterable[tuple[tuple[int, ...], list[Any]]]) -> Any:
         """A ``DataTree`` of branches, whose paths begin with the number of the run.
@@ -207,7 +227,10 @@ def solve(
     # What a button gave is shown after it is released, until another input changes.
     outcome = None if is_pressed else cache.get(key)
     if outcome is None:
-        outcome = _numbered(_run(component, compute, inputs, needs, nothing, number), number, count)
+        run = Run(
+            _escape_pressed, lambda text: setattr(component, "Message", text), folder, number, count=count, cache=cache
+        )
+        outcome = _numbered(_run(run, compute, inputs, needs, nothing), number, count)
         if outcome.is_cancelled:
             cache.down.clear()
         elif is_pressed:
@@ -228,15 +251,7 @@ def _numbered(outcome: Outcome, number: int, count: int) -> Outcome:
     return replace(outcome, balloons=tuple((level, told + text) for level, text in outcome.balloons))
 
 
-def _run(
-    component: Any,
-    compute: Compute,
-    inputs: Mapping[str, Any],
-    needs: Mapping[str, type],
-    nothing: Outputs,
-    number: int,
-) -> Outcome:
-    run = Run(_escape_pressed, lambda text: setattr(component, "Message", text), _folder_of(component), number)
+def _run(run: Run, compute: Compute, inputs: Mapping[str, Any], needs: Mapping[str, type], nothing: Outputs) -> Outcome:
     failed = Outcome(nothing, is_kept=False)
     try:
         with warnings.catch_warnings(record=True) as caught:

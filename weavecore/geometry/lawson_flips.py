@@ -21,7 +21,7 @@ from typing import Callable
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross
 from weavecore.geometry.elementary import arctangents
 from weavecore.geometry.halfedges import find_twins, halfedge_ends, next_halfedge, previous_halfedge
 from weavecore.polling import poll
@@ -155,7 +155,7 @@ def angle_at(points: Floats, apex: Ints, a: Ints, b: Ints) -> Floats:
     """
     u, v = points[a] - points[apex], points[b] - points[apex]
     along: Floats = (u * v).sum(1)
-    return arctangents(np.linalg.norm(np.cross(u, v), axis=1), along)
+    return arctangents(np.linalg.norm(cross(u, v), axis=1), along)
 
 
 def stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:
@@ -172,8 +172,8 @@ def stays_upright(points: Floats, a: Ints, b: Ints, c: Ints, d: Ints) -> Bools:
     (n,) bool
     """
     pa, pb, pc, pd = points[a], points[b], points[c], points[d]
-    old = np.cross(pb - pa, pc - pa) + np.cross(pa - pb, pd - pb)
-    one, other = np.cross(pa - pc, pd - pc), np.cross(pb - pd, pc - pd)
+    old = cross(pb - pa, pc - pa) + cross(pa - pb, pd - pb)
+    one, other = cross(pa - pc, pd - pc), cross(pb - pd, pc - pd)
     upright: Bools = ((one * old).sum(1) > 0) & ((other * old).sum(1) > 0)
     return upright
 
@@ -211,8 +211,8 @@ def corner_cotangents(points: Floats, a: Ints, b: Ints, c: Ints) -> Floats:
     """
     u, v = points[a] - points[c], points[b] - points[c]
     dot = np.einsum("ij,ij->i", u, v)
-    cross = np.linalg.norm(np.cross(u, v), axis=1)
-    cotangents: Floats = dot / np.maximum(cross, 1e-12 * np.abs(dot) + 1e-300)
+    area = np.linalg.norm(cross(u, v), axis=1)
+    cotangents: Floats = dot / np.maximum(area, 1e-12 * np.abs(dot) + 1e-300)
     return cotangents
 
 

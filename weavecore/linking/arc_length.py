@@ -48,15 +48,36 @@ def interpolated_at(polylines: Polylines, values: Floats, polyline: Ints, statio
     -------
     (n, k) float64
     """
-    poll()
-    start = segments_at(polylines, polyline, station)
-    length = polylines.segment_lengths[start]
-    along = station - polylines.stations[start]
-    part = np.divide(along, length, out=np.zeros_like(along), where=length > 0)[:, None]
-    ends = polylines.offsets[polyline + 1] - 1
-    after = np.where(start == ends, polylines.offsets[polyline], start + 1)
-    interpolated: Floats = values[start] * (1 - part) + values[after] * part
-    return interpolated
+    return Located(polylines, polyline, station).values(values)
+
+
+class Located:
+    """Stations along polylines with the segments that they lie on.
+
+    Parameters
+    ----------
+    polylines : Polylines
+    polyline : (n,) int64
+        The polyline of each station.
+    station : (n,) float64
+        From 0 to the length of that polyline.
+    """
+
+    def __init__(self, polylines: Polylines, polyline: Ints, station: Floats) -> None:
+        poll()
+        self._start = start = segments_at(polylines, polyline, station)
+        length = polylines.segment_lengths[start]
+        along = station - polylines.stations[start]
+        self._part = np.divide(along, length, out=np.zeros_like(along), where=length > 0)[:, None]
+        ends = polylines.offsets[polyline + 1] - 1
+        self._after = np.where(start == ends, polylines.offsets[polyline], start + 1)
+
+    def values(self, at_points: Floats) -> Floats:
+        """Values (n, k), linear between those (N, k) at the points of the polylines."""
+        part = self._part
+        first = at_points.take(self._start, axis=0)
+        values: Floats = first + (at_points.take(self._after, axis=0) - first) * part
+        return values
 
 
 def segments_at(polylines: Polylines, polyline: Ints, station: Floats) -> Ints:
@@ -74,8 +95,7 @@ def segments_at(polylines: Polylines, polyline: Ints, station: Floats) -> Ints:
         Indices of ``polylines.points``.
     """
     # Stations of all polylines end to end make one rising row to search in.
-    base = np.concatenate([[0.0], np.cumsum(polylines.lengths)])
-    row = base[polylines.owner] + polylines.stations
+    base, row = polylines.stations_end_to_end
     found = np.searchsorted(row, base[polyline] + station, side="right") - 1
     start: Ints = np.clip(found, polylines.offsets[polyline], polylines.offsets[polyline + 1] - 1)
     return start

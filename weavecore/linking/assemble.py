@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Optional
+from typing import Optional
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from weavecore.linking.band_faces import (
 from weavecore.linking.flips import find_inverted_triangles, node_normals, optimise_valences, repair_inverted_faces
 from weavecore.linking.free_borders import FreeBorderNodes, find_open_strips
 from weavecore.linking.patterns import Pattern
-from weavecore.linking.pocket_filling import fill_bands
+from weavecore.linking.pocket_filling import Filling, fill_bands
 from weavecore.linking.ring_to_parent import DividedPolylines, Strip
 from weavecore.model.latitudes import Latitudes
 from weavecore.model.lattice import LATITUDINAL, LONGITUDINAL, POCKET, Lattice
@@ -175,14 +175,21 @@ class _Pockets:
         bands = np.flatnonzero(is_filled)
         existing = np.concatenate([self.ring_edges, strips.where(~is_filled[strips.band]).edges()])
         at_bad = np.unique(strips.corners[bad])
-        whole, with_strips = np.setdiff1d(bands, strips.band), np.intersect1d(bands, strips.band)
-        near = at_bad[at_bad != NO_CORNER]
-        for nodes_of in (lambda some: near if some is with_strips else self._nodes_of(some), self._nodes_of, None):
-            filled = self._fill([whole, with_strips], existing, nodes_of)
-            faces, lacking = splice(strips, bad, filled.faces, self.ring_edges, filled.partial)
-            if len(lacking) == 0 and np.isin(whole, filled.faces.band).all():
-                break
-        return filled.nodes, faces
+        groups = [np.setdiff1d(bands, strips.band), np.intersect1d(bands, strips.band)]
+        near: list[Optional[Ints]] = [self._nodes_of(groups[0]), at_bad[at_bad != NO_CORNER]]
+        done: list[Filling] = []
+        while True:
+            for own, around in list(zip(groups, near))[len(done) :]:
+                done.append(self._fill(own, existing, sum(len(part.steiner_points) for part in done), around))
+            nodes, filled = self._improved(done, existing)
+            partial = np.concatenate([part.partial for part in done])
+            faces, lacking = splice(strips, bad, filled, self.ring_edges, partial)
+            lacks = [bool(np.isin(groups[0], partial).any()), len(lacking) > 0]
+            if not any(lacks):
+                return nodes, faces
+            near[0] = None if lacks[0] else near[0]
+            near[1] = self._further(near[1], lacking)
+            done = [] if lacks[0] else done[:1]
 
     def _nodes_of(self, bands: Ints) -> Ints:
         """The nodes on the boundaries of some bands, and on all free borders."""
@@ -191,39 +198,36 @@ class _Pockets:
         on_polylines = ranges(offsets_of(counts)[polyline], counts[polyline])
         return np.unique(np.concatenate([on_polylines, np.arange(counts.sum(), len(self.on_boundaries))]))
 
-    def _fill(self, groups: list[Ints], existing: Ints, nodes_of: Optional[Callable[[Ints], Ints]]) -> _Filled:
-        """Fill groups of bands near some nodes of each group, or as a whole."""
-        nodes, parts, partial = self.on_boundaries, [BandFaces.concatenate([])], [np.zeros(0, np.int64)]
-        for bands in groups:
-            if len(bands) == 0:
-                continue
-            filling = fill_bands(
-                self.latitudes,
-                self.divided.stations,
-                self.border_nodes,
-                len(nodes),
-                bands,
-                existing,
-                self.edge_length,
-                near=None if nodes_of is None else self.on_boundaries[nodes_of(bands)],
-                reach=_REACH * max(self.edge_length, self.latitudes.spacing),
-            )
-            nodes = np.concatenate([nodes, filling.steiner_points])
-            parts.append(BandFaces(triangles_as_faces(filling.triangles), filling.band))
-            partial.append(filling.partial)
-        faces = BandFaces.concatenate(parts)
+    def _further(self, near: Optional[Ints], bands: Ints) -> Optional[Ints]:
+        """The same nodes and all those of some bands; None where these are among them already."""
+        own = self._nodes_of(bands)
+        if near is None or len(bands) == 0:
+            return near
+        return None if np.isin(own, near).all() else np.union1d(near, own)
+
+    def _fill(self, bands: Ints, existing: Ints, n_steiner: int, near: Optional[Ints]) -> Filling:
+        """Fill bands around some nodes or as a whole; numbers of Steiner vertices follow those of so many others."""
+        if len(bands) == 0:
+            nothing = np.zeros(0, np.int64)
+            return Filling(np.zeros((0, 3), np.int64), nothing, np.zeros((0, 3)), nothing)
+        return fill_bands(
+            self.latitudes,
+            self.divided.stations,
+            self.border_nodes,
+            len(self.on_boundaries) + n_steiner,
+            bands,
+            existing,
+            self.edge_length,
+            near=None if near is None else self.on_boundaries[near],
+            reach=_REACH * max(self.edge_length, self.latitudes.spacing),
+        )
+
+    def _improved(self, fillings: list[Filling], existing: Ints) -> tuple[Floats, BandFaces]:
+        """All nodes and the faces of fillings, their edges turned to better ones."""
+        nodes = np.concatenate([self.on_boundaries, *(part.steiner_points for part in fillings)])
         keys = np.unique(existing[:, 0] * np.int64(len(nodes)) + existing[:, 1])
-        triangles = improve_triangles(nodes, faces.corners[:, :3], keys)
-        return _Filled(nodes, BandFaces(triangles_as_faces(triangles), faces.band), np.concatenate(partial))
-
-
-@dataclass(frozen=True, eq=False)
-class _Filled:
-    """All nodes (N, 3), Steiner vertices too, the faces that fill bands, and the bands that are filled in part."""
-
-    nodes: Floats
-    faces: BandFaces
-    partial: Ints
+        triangles = improve_triangles(nodes, np.concatenate([part.triangles for part in fillings]), keys)
+        return nodes, BandFaces(triangles_as_faces(triangles), np.concatenate([part.band for part in fillings]))
 
 
 def _with_better_valences(

@@ -275,7 +275,7 @@ def splice(strips: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints, p
     -------
     faces : BandFaces
     lacking : (l,) int64
-        Of the partial bands those whose filling is too small: the faces are wrong there.
+        Of the partial bands those whose filling is too small for their strips: the faces are wrong there.
     """
     both = BandFaces.concatenate([strips, filled])
     n_strips, n = len(strips.corners), len(both.corners)
@@ -307,9 +307,7 @@ def splice(strips: BandFaces, bad: Bools, filled: BandFaces, ring_edges: Ints, p
     place = np.unique(stretch[face] * np.int64(len(has[0])) + side, return_inverse=True)[1].ravel()
     excess = np.bincount(place, np.where((tail < head) == of_strip, 1.0, -1.0))
     differs = is_bad[stretch[face]] & (excess[place] != 0)
-    without_strip = np.setdiff1d(filled.band, strips.band)
-    lacking = np.concatenate([both.band[face[differs]], clashing, without_strip])
-    return both.where(kept), np.intersect1d(partial, lacking)
+    return both.where(kept), np.intersect1d(partial, np.concatenate([both.band[face[differs]], clashing]))
 
 
 def _bands_with_double_sides(faces: BandFaces) -> Ints:

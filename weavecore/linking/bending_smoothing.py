@@ -27,16 +27,27 @@ from typing import Optional
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, cross, dots, rows_of, unit_vectors
+from weavecore.geometry.arrays import (
+    Bools,
+    Floats,
+    Ints,
+    cross,
+    dots,
+    offsets_of,
+    order_by,
+    ranges,
+    rows_of,
+    sorted_unique,
+    unit_vectors,
+)
 from weavecore.geometry.elementary import arctangents
-from weavecore.linking.arc_length import interpolated_at, points_at
+from weavecore.linking.arc_length import Located, points_at
 from weavecore.linking.bending_terms import (
     REACH,
     AngleTerm,
     Bends,
     CornerArms,
     EdgeTerm,
-    FaceCorners,
     Segments,
     corners_of,
     edge_of_sides,
@@ -113,7 +124,7 @@ def smooth_bending(
     if sites.n_unknowns == 0:
         return lattice
     diameter = lattice.assumed_diameter if rod_diameter is None else rod_diameter
-    place = _Place(lattice.nodes, lattice.node_station, sites.normals(lattice.nodes))
+    place = sites.start()
     problem = _Problem(lattice, sites, diameter, 1.0 / (admissible_radius * diameter))
     smoothed, known = lattice, None
     for _ in range(_ROUNDS):
@@ -155,9 +166,16 @@ class _Sites:
         self.first = np.concatenate([[0], np.cumsum(slides + 2 * roams)])
         self.n_unknowns = int(self.first[-1])
 
-    def normals(self, nodes: Floats) -> Floats:
-        """Unit normals (N, 3) of the surface, blended between its vertices."""
-        return self._blend(*self._surface.face_finder.find(nodes))
+    def start(self) -> _Place:
+        """The nodes as they are."""
+        lattice, normals = self._lattice, np.empty_like(self._lattice.nodes)
+        # Segments of polylines lie within faces, where the normals are blended as they are along the segments.
+        on = np.flatnonzero(lattice.node_latitude >= 0)
+        located = Located(lattice.latitudes.polylines, lattice.node_latitude[on], lattice.node_station[on])
+        normals[on] = unit_vectors(located.values(self._polyline_normals))
+        off = np.flatnonzero(lattice.node_latitude < 0)
+        normals[off] = self._blend(*self._surface.face_finder.find(lattice.nodes[off]))
+        return _Place(lattice.nodes, lattice.node_station, normals)
 
     def _blend(self, face: Ints, points: Floats) -> Floats:
         corners = self._surface.vertices[self._surface.faces[face]]
@@ -184,14 +202,16 @@ class _Sites:
     def _ring_tangents(self, station: Floats) -> Floats:
         slide = np.flatnonzero(self.slides)
         probe = _PROBE * self._mean
-        ahead, behind = (self._on_polylines(slide, station[slide] + step) for step in (probe, -probe))
-        return unit_vectors(ahead[0] - behind[0])
+        ahead, behind = (self._located(slide, station[slide] + step)[0] for step in (probe, -probe))
+        points = self._lattice.latitudes.polylines.points
+        return unit_vectors(ahead.values(points) - behind.values(points))
 
-    def _on_polylines(self, nodes: Ints, station: Floats) -> tuple[Floats, Floats]:
+    def _located(self, nodes: Ints, station: Floats) -> tuple[Located, Floats]:
+        """Stations on the polylines of nodes, and the same from 0 to their lengths."""
         polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[nodes]
         length = polylines.lengths[latitude]
         station = np.where(polylines.closed[latitude], station % length, np.clip(station, 0.0, length))
-        return points_at(polylines, latitude, station), station
+        return Located(polylines, latitude, station), station
 
     def moved(self, place: _Place, step: Floats) -> _Place:
         """The nodes after a step (unknowns,), none further than `_LONGEST_STEP`."""
@@ -199,15 +219,14 @@ class _Sites:
         most = _LONGEST_STEP * self._mean
         slide, roam = np.flatnonzero(self.slides), np.flatnonzero(self.roams)
         along = np.clip(step[self.first[slide]], -most, most)
-        nodes[slide], station[slide] = self._on_polylines(slide, station[slide] + along)
+        located, station[slide] = self._located(slide, station[slide] + along)
+        nodes[slide] = located.values(self._lattice.latitudes.polylines.points)
+        normals[slide] = unit_vectors(located.values(self._polyline_normals))
         u, v = _tangents(place.normals[roam])
         way = u * step[self.first[roam], None] + v * step[self.first[roam] + 1, None]
         way *= np.minimum(1.0, most / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), np.finfo(float).tiny))
         face, nodes[roam] = self._surface.face_finder.find(nodes[roam] + way)
         normals[roam] = self._blend(face, nodes[roam])
-        # Segments of polylines lie within faces, where the normals are blended as they are along the segments.
-        polylines, latitude = self._lattice.latitudes.polylines, self._lattice.node_latitude[slide]
-        normals[slide] = unit_vectors(interpolated_at(polylines, self._polyline_normals, latitude, station[slide]))
         return _Place(nodes, station, normals)
 
 
@@ -282,13 +301,25 @@ class _Sum:
         return float(self.bends.costs.sum() + self.edges.costs.sum() + self.angles.costs.sum())
 
 
+class _Groups:
+    """Indices by the value below ``n`` that they have."""
+
+    def __init__(self, values: Ints, n: int) -> None:
+        self._order, self._offsets = order_by(values, n), offsets_of(np.bincount(values, minlength=n))
+
+    def of(self, values: Ints) -> Ints:
+        """The indices of some values, one value after the other."""
+        first = self._offsets[values]
+        return self._order[ranges(first, self._offsets[values + 1] - first)]
+
+
 class _Problem:
     """The sum of all terms over the places of the nodes."""
 
     def __init__(self, lattice: Lattice, sites: _Sites, diameter: float, admissible: float) -> None:
         self.sites, self.n_nodes = sites, lattice.n_nodes
         self.corners, self.face = corners_of(lattice), rows_of(lattice.face_offsets)
-        self._face_sides = np.diff(lattice.face_offsets)[self.face]
+        self._face_offsets, self._corners_by_node = lattice.face_offsets, _Groups(self.corners.node, self.n_nodes)
         self._rise = diameter * WEAVE_RISE.get(lattice.pattern, 1.0)
         self._admissible = admissible
         length = lattice.edge_lengths
@@ -296,16 +327,33 @@ class _Problem:
 
     def take(self, runs: RodRuns) -> None:
         """Take the rods whose bending counts, and set up the equations for them."""
-        self.runs = runs
-        diagonals = self.corners.stencils[::2, self._face_sides > 3]
+        self.runs, self._places_by_node = runs, _Groups(runs.node, self.n_nodes)
+        diagonals = self.corners.stencils[::2, (np.diff(self._face_offsets) > 3)[self.face]]
         self.equations = NormalEquations(runs, diagonals, np.diff(self.sites.first))
 
-    def at(self, place: _Place) -> _Sum:
-        """The terms at a place."""
+    def corners_at(self, nodes: Ints) -> Ints:
+        """The corners at some nodes."""
+        return self._corners_by_node.of(nodes)
+
+    def corners_of_faces_at(self, corner: Ints) -> Ints:
+        """All corners of the faces that have some corners."""
+        face, offsets = sorted_unique(self.face[corner]), self._face_offsets
+        return ranges(offsets[face], offsets[face + 1] - offsets[face])
+
+    def segments_at(self, nodes: Ints) -> Ints:
+        """The segments that lead from some nodes or to them."""
+        at = self._places_by_node.of(nodes)
+        at = sorted_unique(np.concatenate([at, np.maximum(at - 1, 0)]))
+        return at[self.runs.is_segment[at]]
+
+    def arms(self, place: _Place) -> CornerArms:
+        """The corners at a place."""
+        return CornerArms(self.corners, place.nodes, place.normals)
+
+    def at(self, place: _Place, segments: Segments, arms: CornerArms) -> _Sum:
+        """The terms at a place, from the edges and the corners there."""
         poll()
-        segments = Segments(self.runs, place.nodes)
         bends = Bends(self.runs, place.normals, segments, rise=self._rise, admissible=self._admissible)
-        arms = CornerArms(self.corners, place.nodes, place.normals)
         angles = AngleTerm(self.corners, arms, place.nodes, place.normals)
         return _Sum(bends, EdgeTerm(self.runs, segments, self.median), angles, arms, segments)
 
@@ -338,7 +386,7 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
 
     Each node has a damping (N,) of its own: where the costs around it rise it grows, elsewhere it falls.
     """
-    here = problem.at(place)
+    here = problem.at(place, Segments(problem.runs, place.nodes), problem.arms(place))
     costs = problem.costs_around(here)
     damping = np.full(problem.n_nodes, _FIRST_DAMPING)
     equations = problem.equations
@@ -347,11 +395,11 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         for _try in range(_MOST_TRIES):
             poll()
             step = equations.solve(hessian, damping / problem.mean**2, -gradient)
-            after, held = _without_harm(problem, place, here, problem.sites.moved(place, step))
-            there = problem.at(after)
+            after = _without_harm(problem, place, here, problem.sites.moved(place, step))
+            there = problem.at(after.place, after.segments, after.arms)
             new_costs = problem.costs_around(there)
             damping = np.where(
-                held | (new_costs > costs),
+                after.held | (new_costs > costs),
                 np.minimum(damping * 8.0, _MOST_DAMPING),
                 np.maximum(damping / 4.0, _LEAST_DAMPING),
             )
@@ -360,52 +408,62 @@ def _descend(problem: _Problem, place: _Place) -> _Place:
         else:
             return place
         fell = here.value - there.value
-        place, here, costs = after, there, new_costs
+        place, here, costs = after.place, there, new_costs
         if fell < _ENOUGH * here.value:
             break
     return place
 
 
-def _without_harm(problem: _Problem, before: _Place, here: _Sum, after: _Place) -> tuple[_Place, Bools]:
-    """The places after a step, with nodes left where they were at faces and edges that it would spoil; and which."""
-    corners, face, runs = problem.corners, problem.face, problem.runs
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A place after a step with the corners and the edges there, and (N,) which nodes stay that should have moved."""
+
+    place: _Place
+    arms: CornerArms
+    segments: Segments
+    held: Bools
+
+
+def _without_harm(problem: _Problem, before: _Place, here: _Sum, after: _Place) -> _Kept:
+    """The places after a step, with nodes left where they were at faces and edges that it would spoil."""
+    corners, runs = problem.corners, problem.runs
     nodes, station, normals = after.nodes.copy(), after.station.copy(), after.normals.copy()
     was_moved = (nodes != before.nodes).any(1)
     moved = was_moved.copy()
-    # Nodes that were moved back may spoil the faces and edges that they are part of, and no others.
-    corner, segment = np.arange(len(face)), np.flatnonzero(runs.is_segment)
+    arms, segments = problem.arms(after), Segments(runs, nodes)
+    sharp = np.flatnonzero(_are_sharper(arms, here.arms))
+    out = np.flatnonzero(runs.is_segment & _are_out_of_bounds(problem, here.segments.length, segments.length))
     while True:
-        sharp = corner[_sharper(corners.some(corner), here.arms.some(corner), nodes, normals)]
-        bad_faces = np.zeros(int(face[-1]) + 1 if len(face) else 0, bool)
-        bad_faces[face[sharp]] = True
-        ends = runs.node[segment[_too_long_or_short(problem, here, segment, nodes)] + np.array([[0], [1]])]
-        harmful = np.zeros(len(nodes), bool)
-        harmful[corners.node[bad_faces[face]]] = harmful[ends] = True
-        harmful &= moved
-        if not harmful.any():
-            return _Place(nodes, station, normals), was_moved & ~moved
+        spoilt = [corners.node[problem.corners_of_faces_at(sharp)], runs.node[out], runs.node[out + 1]]
+        harmful = sorted_unique(np.concatenate(spoilt))
+        harmful = harmful[moved[harmful]]
+        if len(harmful) == 0:
+            break
         nodes[harmful], station[harmful] = before.nodes[harmful], before.station[harmful]
         normals[harmful] = before.normals[harmful]
-        moved &= ~harmful
-        corner = np.flatnonzero(harmful[corners.stencils].any(0))
-        at = np.flatnonzero(runs.is_segment)
-        segment = at[harmful[runs.node[at]] | harmful[runs.node[at + 1]]]
+        moved[harmful] = False
+        # Nodes that were moved back may spoil the faces and edges that they are part of, and no others.
+        near = problem.corners_of_faces_at(problem.corners_at(harmful))
+        some = CornerArms(corners.some(near), nodes, normals)
+        arms = arms.with_some(near, some)
+        sharp = near[_are_sharper(some, here.arms.some(near))]
+        out = problem.segments_at(harmful)
+        way = nodes[runs.node[out + 1]] - nodes[runs.node[out]]
+        out = out[_are_out_of_bounds(problem, here.segments.length[out], np.sqrt(dots(way, way)))]
+    held = was_moved & ~moved
+    return _Kept(_Place(nodes, station, normals), arms, Segments(runs, nodes) if held.any() else segments, held)
 
 
-def _sharper(corners: FaceCorners, old: CornerArms, nodes: Floats, normals: Floats) -> Bools:
+def _are_sharper(arms: CornerArms, old: CornerArms) -> Bools:
     """(C,) corners that are sharper than `_LEAST_ANGLE`, and than they were."""
-    arms = CornerArms(corners, nodes, normals)
     # Of two angles below 90° the lesser has the lesser tangent.
     is_sharper = arms.sine * old.cosine < old.sine * arms.cosine
     sharper: Bools = arms.are_below(_LEAST_ANGLE) & (~old.are_below(_LEAST_ANGLE) | is_sharper)
     return sharper
 
 
-def _too_long_or_short(problem: _Problem, here: _Sum, segment: Ints, nodes: Floats) -> Bools:
+def _are_out_of_bounds(problem: _Problem, old: Floats, length: Floats) -> Bools:
     """(S,) segments whose lengths are out of bounds, and further than they were."""
-    node = problem.runs.node
-    way = nodes[node[segment + 1]] - nodes[node[segment]]
-    length, old = np.sqrt(dots(way, way)), here.segments.length[segment]
     low, high = np.minimum(_LEAST_EDGE * problem.median, old), np.maximum(_MOST_EDGE * problem.median, old)
     bad: Bools = (length < low * (1 - 1e-12)) | (length > high * (1 + 1e-12))
     return bad

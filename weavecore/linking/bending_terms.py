@@ -373,11 +373,13 @@ def _woven_by_places(parts: _Parts, start: Floats, end: Floats) -> list[Floats]:
 
 def _stencil_sum(shares: Floats, by_places: list[Floats], s: int) -> Floats:
     """What place ``s`` of the stencil of each joint adds, through the systems of all joints of the stencil."""
-    total = np.zeros_like(by_places[0])
+    total, n = np.zeros_like(by_places[0]), shares.shape[1]
     for j in range(3):
         k = s - j
         if 0 <= k <= 2 * REACH:
-            total += shares[k] * _shifted(by_places[j], k - REACH)
+            by = k - REACH
+            here, there = slice(max(-by, 0), n - max(by, 0)), slice(max(by, 0), n - max(-by, 0))
+            total[..., here] += shares[k, here] * by_places[j][..., there]
     return total
 
 
@@ -498,6 +500,13 @@ class CornerArms:
         """Those of some corners."""
         arms = copy(self)
         arms.sine, arms.cosine = self.sine[corner], self.cosine[corner]
+        return arms
+
+    def with_some(self, corner: Ints, some: CornerArms) -> CornerArms:
+        """All, with those of some corners in the place of their own."""
+        arms = copy(self)
+        arms.sine, arms.cosine = self.sine.copy(), self.cosine.copy()
+        arms.sine[corner], arms.cosine[corner] = some.sine, some.cosine
         return arms
 
     def are_below(self, angle: float) -> Bools:

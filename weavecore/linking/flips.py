@@ -69,7 +69,7 @@ class FaceOrientation:
         """
         pa, pb, pc = nodes[a], nodes[b], nodes[c]
         expected = self._normals[a] + self._normals[b] + self._normals[c]
-        return self._cosines(np.cross(pb - pa, pc - pa), expected, (pa + pb + pc) / 3)
+        return self._cosines(cross(pb - pa, pc - pa), expected, (pa + pb + pc) / 3)
 
     def any_against(self, nodes: Floats, triangles: Ints) -> bool:
         """Whether the cosine of any triangle (k, 3) is 0 or less."""
@@ -90,7 +90,7 @@ class FaceOrientation:
         first, after = offsets[:-1], next_in_loop(offsets)
         points = nodes[corners]
         arm = points - points[first][rows_of(offsets)]
-        area = np.add.reduceat(np.cross(arm, arm[after]), first)
+        area = np.add.reduceat(cross(arm, arm[after]), first)
         centroid = np.add.reduceat(points, first) / np.diff(offsets)[:, None]
         return self._cosines(area, np.add.reduceat(self._normals[corners], first), centroid)
 

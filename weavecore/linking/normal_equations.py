@@ -132,8 +132,9 @@ class NormalEquations:
         # In each row the entries below the diagonal come first; both parts are in order of their columns.
         self._source = np.concatenate([upper, np.arange(self._n_entries)])
         order = order_by(rows, n)
-        self._source, self._columns = self._source[order], columns[order]
-        self._offsets = offsets_of(np.bincount(rows, minlength=n))
+        # SciPy would copy indices of 64 bits to ones of 32 for each matrix.
+        self._source, self._columns = self._source[order], columns[order].astype(np.int32)
+        self._offsets = offsets_of(np.bincount(rows, minlength=n)).astype(np.int32)
         self._diagonal = np.flatnonzero(self._columns == rows[order])
 
     def assemble(self, bands: list[BandTerm], corners: tuple[Ints, Floats], directions: Floats) -> csr_matrix:

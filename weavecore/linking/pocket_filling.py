@@ -140,7 +140,9 @@ def fill_bands(
     else:
         raise _too_small(bands)
     site_band = np.concatenate([mesh.copy_band, mesh.band[steiner]])
-    partial = np.union1d(site_band[voronoi.is_outer], np.setdiff1d(bands, site_band))
+    partial = np.zeros(0, np.int64)
+    if near is not None:
+        partial = np.union1d(site_band[voronoi.is_outer], np.setdiff1d(bands, site_band))
     _check_euler(latitudes, voronoi, site_band, np.setdiff1d(bands, partial))
     triangles = voronoi.dual.triangles
     triangles = triangles[~voronoi.is_outer[triangles].any(1)]

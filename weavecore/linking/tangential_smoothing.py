@@ -28,7 +28,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity, vstack
 from scipy.sparse.linalg import spsolve
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of, unit_vectors
+from weavecore.geometry.arrays import Bools, Floats, Ints, cross, next_in_loop, offsets_of, rows_of, unit_vectors
 from weavecore.geometry.conjugate_gradients import conjugate_gradients
 from weavecore.geometry.elementary import angles_between, arctangents
 from weavecore.geometry.matching import ALONE, match_greedily, pairs_of_equals
@@ -276,7 +276,7 @@ def _corner_shapes(lattice: Lattice, nodes: Floats) -> tuple[Floats, Floats]:
     before[after] = np.arange(len(after))
     corner = nodes[lattice.face_nodes]
     u, v = corner[after] - corner, corner[before] - corner
-    cross = np.cross(u, v)
-    size = np.linalg.norm(cross, axis=1)
-    unit = cross / np.maximum(size, np.finfo(float).tiny)[:, None]
+    normal = cross(u, v)
+    size = np.linalg.norm(normal, axis=1)
+    unit = normal / np.maximum(size, np.finfo(float).tiny)[:, None]
     return unit, arctangents(size, (u * v).sum(1))

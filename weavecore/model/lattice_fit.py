@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from weavecore.geometry.arrays import Floats, Ints, dots, next_in_loop, rows_of
+from weavecore.geometry.arrays import Floats, Ints, cross, dots, next_in_loop, rows_of
 from weavecore.model.lattice import Lattice
 from weavecore.model.notes import Note, at
 
@@ -65,8 +65,8 @@ def face_middles(lattice: Lattice) -> tuple[Floats, Floats]:
     if len(first) == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))
     middle = np.add.reduceat(corners, first) / np.diff(lattice.face_offsets)[:, None]
-    cross = np.cross(corners - middle[face], heads - middle[face]) / 2
-    return middle, np.add.reduceat(cross, first)
+    area = cross(corners - middle[face], heads - middle[face]) / 2
+    return middle, np.add.reduceat(area, first)
 
 
 def inverted_faces(lattice: Lattice) -> Ints:

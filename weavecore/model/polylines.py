@@ -85,3 +85,9 @@ class Polylines:
         total = np.concatenate([[0.0], np.cumsum(self.segment_lengths)])[:-1]
         stations: Floats = total - total[self.offsets[:-1]][self.owner] if len(total) else total
         return stations
+
+    @cached_property
+    def stations_end_to_end(self) -> tuple[Floats, Floats]:
+        """Stations (N,) of all polylines as of one behind the other, after the start (P+1,) of each and the end."""
+        start = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        return start, start[self.owner] + self.stations

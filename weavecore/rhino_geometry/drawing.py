@@ -70,8 +70,9 @@ class Drawing:
         order = len(knots) - len(controls)
         curve = self._library.NurbsCurve.Create(False, order - 1, self.points(controls))
         # Rhino's knots go without the first and the last one.
+        places = curve.Knots
         for i, knot in enumerate(knots[1:-1].tolist()):
-            curve.Knots[i] = knot
+            places[i] = knot
         return curve
 
     def mesh(self, points: Floats, quads: Ints, *, colour: Optional[Sequence[int]] = None) -> Any:

@@ -28,12 +28,11 @@ from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes, extend_to_tips
 from weavecore.model.strands import Strands
-from weavecore.polling import each
 from weavecore.weaving.clearance import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
 
-_NORMAL_ROUNDS, _SHIFT_ROUNDS = 3, 5
-"""Rounds of the normals, and of the shifts at most: these end once all gaps are within `_ENOUGH`."""
+_SHIFT_ROUNDS = 5
+"""Rounds of the shifts at most: they end once all gaps are within `_ENOUGH`."""
 
 _VISITS_MOVED = 4
 """A change at a visit is felt along its rod: each visit further by 2 - √3 of the one before (de Boor 1978), so that
@@ -93,7 +92,7 @@ def fit_axes(
     *,
     centred_on_rings: bool,
     counts_overhangs: Bools,
-    start: Optional[tuple[Floats, Floats]] = None,
+    start: tuple[Floats, Floats],
     changed: Optional[Bools] = None,
 ) -> Fit:
     """Fit the axes of the rods, which `draw_axes` makes `RodAxes` of.
@@ -112,8 +111,8 @@ def fit_axes(
         From `surface_normals`.
     counts_overhangs : (C,) bool
         At which contacts of the joints the overhangs of rods that end there must pass the other rod too.
-    start : tuple, optional
-        Shift ratios (C,) and normals (N, 3) of a fit of like rods, from which fewer rounds lead to the end.
+    start : tuple
+        Shift ratios (C,) and normals (N, 3) to begin with: of a fit of like rods, or 1 and `normals_of_rods`.
     changed : (N,) bool, optional
         Nodes at which rods differ from those of ``start``; they are of the same diameters.  By default all.
 
@@ -122,13 +121,11 @@ def fit_axes(
     Fit
     """
     apart = diameters[joints.strand[joints.contacts]].mean(axis=1)
-    shifts = apart if start is None else start[0] * apart
-    normals, rounds = (outward, _NORMAL_ROUNDS) if start is None else (start[1], 1)
+    shifts, normals = start[0] * apart, start[1]
     offsets = layer_offsets(joints, strands, shifts, centred_on_rings=centred_on_rings)
     near = np.ones(lattice.n_nodes, bool) if changed is None else nodes_around(strands, changed, _VISITS_MOVED)
     axes = _Axes(lattice.nodes, strands, offsets, normals)
-    for _ in each(range(rounds)):
-        axes.turn_normals(near, outward)
+    axes.turn_normals(near, outward)
     gaps, node = apart.copy(), joints.node[joints.joint[joints.contacts[:, 0]]]
     for _ in range(_SHIFT_ROUNDS):
         measured = np.flatnonzero(near[node])
@@ -311,6 +308,24 @@ def _common_normals(tangents: Floats, nodes: Ints, outward: Floats) -> Floats:
     facing = np.where((normal * outward).sum(1, keepdims=True) < 0, -1.0, 1.0)
     unit_normals: Floats = normal * facing
     return unit_normals
+
+
+def normals_of_rods(lattice: Lattice, strands: Strands, outward: Floats) -> Floats:
+    """Unit normals common to the rods that pass each node, for rods without thickness.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    strands : Strands
+    outward : (N, 3) float64
+        From `surface_normals`.
+
+    Returns
+    -------
+    (N, 3) float64
+    """
+    rows = fit_splines(lattice.nodes[strands.nodes], strands.offsets, strands.closed)
+    return _common_normals(rows.derivatives, strands.nodes, outward)
 
 
 def surface_normals(lattice: Lattice) -> Floats:

@@ -189,26 +189,21 @@ class Sharpest:
     at_visits: Floats
 
 
-def measure_bending(axes: RodAxes, normals: Floats, *, diameters: Floats, material: Material) -> Bending:
-    """Find the sharpest bend of every rod, and how thick it could be.
+def measure_bending(axes: RodAxes, rods: BentRods, found: Sharpest) -> Bending:
+    """Tell the sharpest bend of every rod, and how thick it could be.
 
     Parameters
     ----------
     axes : RodAxes
-    normals : (M, 3) float64
-        Unit normal of the surface at each visit, along which the axis is shifted.
-    diameters : (S,) float64
-        Of the rods, in the model's unit.
-    material : Material
+        Drawn through the points of the rods.
+    rods : BentRods
+    found : Sharpest
+        From `find_sharpest`.
 
     Returns
     -------
     Bending
     """
-    rows = SplineRows(axes.derivatives, axes.parameters, axes.ends)
-    shift = axes.layer_offsets[:, None] * normals
-    rods = BentRods(axes.points, rows, shift, axes.offsets, axes.closed, diameters, material)
-    found = find_sharpest(rods)
     points, slopes, start, stop = axes.points, axes.derivatives, found.start, found.stop
     point, _ = cubic_points(points[start], points[stop], slopes[start], slopes[stop], found.width, found.t)
     # Arc length to the place, to first order between two visits.

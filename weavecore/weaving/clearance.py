@@ -111,11 +111,10 @@ def clashes_of(curves: CurveRows, closed: Bools, diameters: Floats, among: Optio
     cubics = _Cubics(curves, closed, diameters, np.ones(n_rods, bool) if among is None else _marked(among, n_rods))
     cubic = np.arange(len(cubics.strand))
     runs = cubics.runs(cubic, np.zeros(len(cubic), np.int64), cubics.n_pieces, cubics.pieces_of_half())
-    reach = diameters.max(initial=0.0) + 2.0 * (runs.half + runs.deviation).max(initial=0.0)
-    pairs = cKDTree(runs.middle.T).query_pairs(reach, output_type="ndarray").astype(np.int64)
+    pairs = cKDTree(runs.middle.T).query_pairs(2.0 * runs.reach.max(initial=0.0), output_type="ndarray")
     pairs = np.concatenate([pairs, np.repeat(cubics.may_meet_themselves(runs), 2).reshape(-1, 2)])
     if among is not None:
-        owners = np.sort(cubics.strand[runs.cubic[pairs]], axis=1)
+        owners = np.sort(runs.strand[pairs], axis=1)
         pairs = pairs[np.isin(owners @ (n_rods, 1), among @ (n_rods, 1))]
     pairs = _near_pairs(cubics, runs, pairs)
     parts, ends = _in_parts(pairs), cubics.ends(runs)
@@ -125,7 +124,7 @@ def clashes_of(curves: CurveRows, closed: Bools, diameters: Floats, among: Optio
         pairs = _near_pairs(cubics, runs, pairs)
     one, other = pairs.T
     distance, middle = runs.distances(one, other)
-    owners = np.sort(cubics.strand[runs.cubic[pairs]], axis=1)
+    owners = np.sort(runs.strand[pairs], axis=1)
     order = np.lexsort([other, one, distance, owners[:, 1], owners[:, 0]])
     _, first = np.unique(owners[order] @ (n_rods, 1), return_index=True)
     chosen = order[first]
@@ -147,27 +146,26 @@ class _Runs:
     ----------
     cubic, first, last : (n,) int64
         The cubic, its piece at which the run begins, and the one before which it ends.
+    strand : (n,) int64
     a, b : (3, n) float64
         Ends.
     middle : (3, n) float64
         Of the straight line between the ends.
-    half : (n,) float64
-        Half of its length.
-    deviation : (n,) float64
-        The pieces are no further than this from the straight line between the ends.
     bound : (n,) float64
         Pieces of two runs may be too near each other where the lines between their ends are nearer than both bounds.
+    reach : (n,) float64
+        Radius of a ball about the middle: where those of two runs do not meet, nor do their bounds.
     """
 
     cubic: Ints
     first: Ints
     last: Ints
+    strand: Ints
     a: Floats
     b: Floats
     middle: Floats
-    half: Floats
-    deviation: Floats
     bound: Floats
+    reach: Floats
 
     def distances(self, one: Ints, other: Ints) -> tuple[Floats, Floats]:
         """Least distances (k,) of the lines between the ends of pairs of runs, and where (k, 3)."""
@@ -213,10 +211,11 @@ class _Cubics:
         a, b = (polynomial_values(places, k / n) for k in (begin, end))
         # A curve lies within h²/8 max|r''| of its chord.
         deviation = self.most_bend[cubic] * ((end - begin) / n * self._width[cubic]) ** 2 / 8.0
-        half = np.sqrt(squares_of((b - a)[None])[0]) / 2.0
+        half = np.sqrt(_squares(b - a)) / 2.0
         slack = np.where(end - begin == 1, 0.0, deviation)
         bound = slack + (1.0 - CLASH) / 2.0 * self.diameter[cubic]
-        return _Runs(cubic, begin, end, a, b, (a + b) / 2.0, half, deviation, bound)
+        reach = (half + bound) * (1.0 + _ROUNDING)
+        return _Runs(cubic, begin, end, self.strand[cubic], a, b, (a + b) / 2.0, bound, reach)
 
     def is_own(self, runs: _Runs, pairs: Ints) -> Bools:
         """Which pairs of one rod cannot clash: all their pieces are neighbours, or it hardly turns on its way.
@@ -270,9 +269,8 @@ def _in_parts(pairs: Ints) -> Iterator[Ints]:
 def _near_pairs_of(cubics: _Cubics, runs: _Runs, pairs: Ints) -> Ints:
     # Pairs whose middles are further apart than half of both lengths and the bound need not be measured.
     pairs = pairs[_may_be_near(runs, pairs[:, 0], pairs[:, 1])]
-    strand = cubics.strand[runs.cubic]
     kept = np.ones(len(pairs), bool)
-    same = np.flatnonzero(strand[pairs[:, 0]] == strand[pairs[:, 1]])
+    same = np.flatnonzero(runs.strand[pairs[:, 0]] == runs.strand[pairs[:, 1]])
     kept[same] = ~cubics.is_own(runs, pairs[same])
     one, other = pairs[kept].T
     distance, _ = runs.distances(one, other)
@@ -324,17 +322,16 @@ def _squares(vectors: Floats) -> Floats:
 
 def _may_be_near(runs: _Runs, one: Ints, other: Ints) -> Bools:
     """Whether the balls about runs meet, and their bounds; any shapes that go together."""
-    reach = (runs.half + runs.bound) * (1.0 + _ROUNDING)
     square = np.zeros(np.broadcast_shapes(one.shape, other.shape))
     for coordinate in runs.middle:
         gap = coordinate[one] - coordinate[other]
         square += gap * gap
-    return square <= (reach[one] + reach[other]) ** 2
+    return square <= (runs.reach[one] + runs.reach[other]) ** 2
 
 
 def _split(cubics: _Cubics, runs: _Runs, pairs: Ints, size: int) -> tuple[_Runs, Ints]:
     """Divide the runs of all pairs further, and pair the parts of one with those of the other that may be near."""
-    marked = _marked(pairs.ravel(), len(runs.half))
+    marked = _marked(pairs.ravel(), len(runs.cubic))
     used, index = np.flatnonzero(marked), np.cumsum(marked) - 1
     first, last = runs.first[used], runs.last[used]
     parts = cubics.runs(runs.cubic[used], first, last, size)

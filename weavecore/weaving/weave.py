@@ -1,11 +1,12 @@
 """Stage 4: from the lattice to the rods (Yan et al. 2016, §3 and §6).
 
-1. Edges are paired into rods (`strands`), and these lie over and under each other (`layers`).
+1. Edges are paired into rods (`strands`), and these lie over and under each other (`layers`): the `layout`, which does
+   not depend on the diameter.
 2. Their axes are fitted (`axes`) and their bending is measured (`bending`).
 3. Without a given diameter: the stock diameter is chosen (`stock`), rods that cannot be bent are broken (`breaks`), and
    both steps are done again with these.
 4. Where rods end, the others are shifted further away, so that overhangs pass.
-5. The axes are drawn; overhangs that still clash are shortened (`overhangs`), and rods get their names (`naming`).
+5. Overhangs that still clash are shortened (`overhangs`), the axes are drawn, and rods get their names (`naming`).
 
 Without a rod diameter the search for the thickest stock diameter that can be bent begins at a part of the spacing.
 Linear in the visits but for sorting; each diameter that is tried costs a fit of the axes.  After breaks rods are found
@@ -16,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Callable, Optional, Union
 
 import numpy as np
@@ -28,10 +28,9 @@ from weavecore.model.joints import Clashes, Joints
 from weavecore.model.lattice import FAMILIES, LATITUDINAL, LONGITUDINAL, POCKET, Lattice
 from weavecore.model.rod_axes import RodAxes
 from weavecore.model.rod_ends import FEWEST_JOINTS
-from weavecore.model.rod_pairing import DartPairs, find_dart_pairs
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.axes import Fit, draw_axes, fit_axes, refit_axes, surface_normals, usual_overhangs
+from weavecore.weaving.axes import Fit, draw_axes, fit_axes, nodes_around, refit_axes, usual_overhangs
 from weavecore.weaving.bending import (
     BentRods,
     Sharpest,
@@ -43,8 +42,9 @@ from weavecore.weaving.bending import (
 )
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
-from weavecore.weaving.layers import STACKED, Order, Style, order_rods, style_named, usual_style
-from weavecore.weaving.naming import Slants, find_lean, find_slants, name_strands
+from weavecore.weaving.layers import STACKED, Order, order_rods
+from weavecore.weaving.layout import Layout, check_layout, lay_out_rods
+from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, LEAST_SHARE, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
 from weavecore.weaving.strands import darts_at, families_along, find_strands, steps_along
@@ -63,6 +63,9 @@ broken rods would be pieces of a few joints each, and hold nothing: they stay wh
 _MOST_OVERHANG_ROUNDS = 6
 """Rounds in which the room for overhangs is taken back at contacts of rods that it bends too much."""
 
+_NO_WORSE = 1e-3
+"""A rod that exceeds the allowable stress may be bent so much more sharply, in parts, for the overhangs of others."""
+
 Progress = Optional[Callable[[float, str], None]]
 
 
@@ -73,6 +76,7 @@ def weave_lattice(
     stock: Optional[Sequence[float]] = None,
     material: Union[str, Material] = "gfrp",
     over_under: Optional[str] = None,
+    layout: Optional[Layout] = None,
     progress: Progress = None,
 ) -> Weave:
     """Lay rods over and under each other along the edges of a lattice.
@@ -91,6 +95,8 @@ def weave_lattice(
     over_under : str, optional
         ``"stacked"``: in layers that rods do not leave; ``"plain"``: over, under, over…;
         ``"twill 2/2"`` or others: over two, under two.  By default what the lattice's pattern is woven in.
+    layout : Layout, optional
+        From `lay_out_rods` with the same lattice and style, where it is known; the weave is the same without.
     progress : callable, optional
         Called with a fraction and a label; raising in it cancels.
 
@@ -101,8 +107,8 @@ def weave_lattice(
     Raises
     ------
     Unsupported
-        Where a diameter is not positive or a family has none, both a diameter and a stock are given, or the material
-        or style is not known.
+        Where a diameter is not positive or a family has none, both a diameter and a stock are given, the material
+        or style is not known, or the layout is another one's.
     TooMuchWork
         Where the rods are too thin or too thick to be compared with each other.
     """
@@ -110,29 +116,29 @@ def weave_lattice(
     by_family = None if rod_diameter is None else _by_family(rod_diameter)
     if stock is not None:
         stock = _checked_stock(stock, by_family)
-    style = style_named(over_under or usual_style(lattice.pattern))
     stuff = material if isinstance(material, Material) else material_named(material)
     report(0.0, "finding the strands")
-    weaver = _Weaver(lattice, stuff, style)
-    strands = find_strands(lattice, pairs=weaver.dart_pairs)
+    if layout is None:
+        layout = lay_out_rods(lattice, over_under)
+    check_layout(layout, lattice, over_under)
+    weaver = _Weaver(layout, stuff)
     report(0.3, "bending the rods")
-    bent = weaver.bend_in_stock(strands, stock) if by_family is None else weaver.bend(strands, by_family)
+    bent = weaver.bend_in_stock(stock) if by_family is None else weaver.bend(layout.strands, by_family)
     bent = weaver.make_room_for_overhangs(bent)
     report(0.8, "measuring")
     axes, clashes = _with_overhangs(lattice, bent.strands, bent.fit, bent.rods.diameters)
-    normals = bent.fit.normals
-    bending = measure_bending(axes, normals[bent.strands.nodes], diameters=bent.rods.diameters, material=stuff)
+    is_whole = bent.strands is layout.strands
     return Weave(
         lattice=lattice,
         strands=bent.strands,
-        ids=name_strands(bent.strands, lattice, bent.lean),
+        ids=layout.ids if is_whole else name_strands(bent.strands, lattice, bent.lean),
         joints=bent.order.joints,
         axes=axes,
-        normals=normals,
-        bending=bending,
+        normals=bent.fit.normals,
+        bending=measure_bending(axes, bent.rods, bent.sharpest),
         diameters=bent.rods.diameters,
         material=stuff,
-        over_under=style.name,
+        over_under=layout.style.name,
         conflicts=bent.order.conflicts,
         clashes=clashes,
     )
@@ -155,7 +161,8 @@ def move_nodes(weave: Weave, nodes: Floats) -> Weave:
     strands, diameters, axes = weave.strands, weave.diameters, weave.axes
     fit = refit_axes(lattice, strands, weave.joints, diameters, layer_offsets=axes.layer_offsets, normals=weave.normals)
     axes, clashes = _with_overhangs(lattice, strands, fit, diameters)
-    bending = measure_bending(axes, fit.normals[strands.nodes], diameters=diameters, material=weave.material)
+    rods = _rods_of(fit, strands, diameters, weave.material)
+    bending = measure_bending(axes, rods, find_sharpest(rods))
     return replace(weave, lattice=lattice, axes=axes, normals=fit.normals, bending=bending, clashes=clashes)
 
 
@@ -164,6 +171,12 @@ def _with_overhangs(lattice: Lattice, strands: Strands, fit: Fit, diameters: Flo
     longest = usual_overhangs(strands, fit, diameters)
     overhangs, clashes = clear_overhangs(fit.points, fit.rows, strands, longest, diameters)
     return draw_axes(lattice, strands, fit, overhangs), clashes
+
+
+def _rods_of(fit: Fit, strands: Strands, diameters: Floats, material: Material) -> BentRods:
+    """The rods of a fit, as they are bent."""
+    shift = fit.layer_offsets[:, None] * fit.normals[strands.nodes]
+    return BentRods(fit.points, fit.rows, shift, strands.offsets, strands.closed, diameters, material)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,26 +203,15 @@ class _Bent:
 
 @dataclass(frozen=True, eq=False)
 class _Weaver:
-    """Bends rods into a lattice, of one material and in one style."""
+    """Bends the rods of a layout into their places, of one material."""
 
-    lattice: Lattice
+    layout: Layout
     material: Material
-    style: Style
 
-    @cached_property
-    def outward(self) -> Floats:
-        """Unit normals (N, 3) of the lattice."""
-        return surface_normals(self.lattice)
-
-    @cached_property
-    def dart_pairs(self) -> DartPairs:
-        """The pairs of edges that rods may follow."""
-        return find_dart_pairs(self.lattice)
-
-    @cached_property
-    def slants(self) -> Slants:
-        """How the edges slant."""
-        return find_slants(self.lattice)
+    @property
+    def lattice(self) -> Lattice:
+        """That the rods run along."""
+        return self.layout.lattice
 
     def bend(
         self,
@@ -228,15 +230,18 @@ class _Weaver:
         diameters = _of_rods(by_family, strands)
         for size in np.unique(diameters).tolist():
             check_work(float(lattice.edge_lengths.sum()), lattice.n_edges, lattice.latitudes.surface.area, size)
-        if like is not None and strands is like.strands:
+        layout = self.layout
+        if strands is layout.strands:
+            lean, order = layout.lean, layout.order
+        elif like is not None and strands is like.strands:
             lean, order = like.lean, like.order
         else:
-            lean = find_lean(strands, self.lattice, self.slants)
-            order = order_rods(self.lattice, strands, lean, self.style)
+            lean = find_lean(strands, lattice, layout.slants)
+            order = order_rods(lattice, strands, lean, layout.style)
+        n_contacts = len(order.joints.contacts)
         if counts_overhangs is None:
-            counts_overhangs = np.zeros(len(order.joints.contacts), bool)
-        centred = self.style.name == STACKED
-        start, changed, same = None, None, None
+            counts_overhangs = np.zeros(n_contacts, bool)
+        start, changed = (np.ones(n_contacts), layout.normals), None
         if like is not None:
             start = (_shift_ratios(order.joints, like), like.fit.normals)
             if np.array_equal(by_family, like.by_family):
@@ -247,19 +252,19 @@ class _Weaver:
             strands,
             order.joints,
             diameters,
-            self.outward,
-            centred_on_rings=centred,
+            layout.outward,
+            centred_on_rings=layout.style.name == STACKED,
             counts_overhangs=counts_overhangs,
             start=start,
             changed=changed,
         )
-        shift = fit.layer_offsets[:, None] * fit.normals[strands.nodes]
-        rods = BentRods(fit.points, fit.rows, shift, strands.offsets, strands.closed, diameters, self.material)
+        rods = _rods_of(fit, strands, diameters, self.material)
         return _Bent(strands, lean, order, by_family, fit, rods, find_sharpest(rods))
 
-    def bend_in_stock(self, strands: Strands, own: Optional[Sequence[float]]) -> _Bent:
+    def bend_in_stock(self, own: Optional[Sequence[float]]) -> _Bent:
         """Rods of the thickest stock diameter that nearly all can be bent in, broken where few cannot."""
         stock = own or stock_diameters(self.material.name, self.lattice.latitudes.surface.unit)
+        strands = self.layout.strands
         whole = self.bend(strands, _one_for_all(self.lattice.assumed_diameter))
         diameter = choose_diameter(least_largest(whole.rods, 1.0 - LEAST_SHARE), stock)
         while True:
@@ -287,7 +292,7 @@ class _Weaver:
                     return bent
                 cuts = np.concatenate([bent.cuts, darts_at(self.lattice, bent.strands, breaks)])
                 if found_anew:
-                    strands = find_strands(self.lattice, cuts, self.dart_pairs)
+                    strands = find_strands(self.lattice, cuts, self.layout.pairs)
                 else:
                     strands = break_strands(bent.strands, breaks)
                     # A piece may run along a ring alone.
@@ -297,15 +302,19 @@ class _Weaver:
 
     def make_room_for_overhangs(self, bent: _Bent) -> _Bent:
         """Shift rods apart where one ends, so that its overhang passes the other, unless that bends one too much."""
-        joints = bent.order.joints
+        joints, strands = bent.order.joints, bent.strands
+        node = joints.node[joints.joint[joints.contacts[:, 0]]]
         counts_overhangs = np.ones(len(joints.contacts), bool)
-        for _ in range(_MOST_OVERHANG_ROUNDS):
-            wider = self.bend(bent.strands, bent.by_family, like=bent, counts_overhangs=counts_overhangs)
+        for n in range(_MOST_OVERHANG_ROUNDS):
+            wider = self.bend(strands, bent.by_family, like=bent, counts_overhangs=counts_overhangs)
             before, now = bent.sharpest.utilisation, wider.sharpest.utilisation
-            is_worse = (now > 1.0) & (now > before)
+            is_worse = (now > 1.0) & ((before <= 1.0) | (now > (1.0 + _NO_WORSE) * before))
             if not is_worse.any():
                 return wider
-            counts_overhangs &= ~is_worse[joints.strand[joints.contacts]].any(axis=1)
+            # What is shifted at a joint shifts all of its rods, and those beside it a little.
+            nodes = np.zeros(self.lattice.n_nodes, bool)
+            nodes[strands.nodes[is_worse[strands.owner]]] = True
+            counts_overhangs &= ~nodes_around(strands, nodes, n)[node]
         return bent
 
 
@@ -329,6 +338,8 @@ def _shift_ratios(joints: Joints, like: _Bent) -> Floats:
 
 def _same_visits(lattice: Lattice, strands: Strands, joints: Joints, like: _Bent) -> Ints:
     """The visit (M,) of like rods between the same two nodes, at the same height of a stack as high, or -1."""
+    if strands is like.strands:
+        return np.arange(len(strands.nodes))
     now, before = _visit_rows(strands, joints), _visit_rows(like.strands, like.order.joints)
     if len(before) == 0:
         return np.full(len(now), -1)

@@ -1,11 +1,14 @@
 // The rods as tubes.  Their samples lie in a texture, and each corner of the mesh finds by its number the sample and the side
 // that it belongs to: so a rod costs little memory, and nothing is written when it changes its looks.  Where rods are too thin to
-// look round, and where they are only searched for what is picked, they are ribbons, which take a fraction of the time.
+// look round, and where they are only searched for what is picked, they are ribbons, which take a fraction of the time; and where
+// the whole is seen, ribbons skip the samples without which they stay within a pixel. What lies outside of the picture is not drawn.
 
 const SAMPLES_A_ROW = 680, RODS_A_ROW = 256; // in the textures
 const FIELD_COLOURS = 24; // of a scale that changes along a rod
 const STRIDE = 12; // place and depth; tangent and swelling; side and rod
 const ROUND_PIXELS = [1.5, 4.0]; // From which radius on a rod begins to look round, and does.
+const FAR_TOLERANCE = 1 / 1500; // How far ribbons seen from afar may leave their samples, in radii of the whole.
+const SEGMENTS_A_CHUNK = 32; // that are in the picture or not together
 const HIDDEN = 0, PLAIN = 128, STRONG = 255; // How a rod is drawn: the fourth part of its colour.
 
 const ROD_VERTEX = `
@@ -163,22 +166,89 @@ function unit(vector) {
     return size > 1e-20 ? vector.map((value) => value / size) : null;
 }
 
-/** The corners of tubes of so many sides, or with 2 of flat ribbons that face the eye, between samples of the same rod. */
-function tubeGeometry(packed, count, sides) {
+/** Every sample of the array. */
+function allSamples(count) {
+    return Uint32Array.from({ length: count }, (_, k) => k);
+}
+
+/** The samples that are needed for ribbons to stay within a tolerance: from each on, the furthest that all between are near to. */
+function fewSamples(packed, count, tolerance) {
+    const kept = [];
+    for (let from = 0; from < count; ) {
+        kept.push(from);
+        let to = from + 1;
+        while (to < count && isNearChord(packed, from, to, tolerance)) to += 1;
+        from = to > from + 1 ? to - 1 : to;
+    }
+    return Uint32Array.from(kept);
+}
+
+/** Whether one rod goes from a sample to a later one with all between them within a tolerance of the chord. */
+function isNearChord(packed, from, to, tolerance) {
+    const a = STRIDE * from, b = STRIDE * to;
+    if (packed[a + 11] !== packed[b + 11] || to - from > SEGMENTS_A_CHUNK) return false;
+    const chord = [0, 1, 2].map((axis) => packed[b + axis] - packed[a + axis]);
+    const square = Math.max(chord[0] ** 2 + chord[1] ** 2 + chord[2] ** 2, 1e-20);
+    for (let k = a + STRIDE; k < b; k += STRIDE) {
+        const x = packed[k] - packed[a], y = packed[k + 1] - packed[a + 1], z = packed[k + 2] - packed[a + 2];
+        const part = Math.min(Math.max((x * chord[0] + y * chord[1] + z * chord[2]) / square, 0), 1);
+        if (Math.hypot(x - part * chord[0], y - part * chord[1], z - part * chord[2]) > tolerance) return false;
+        if (packed[k + 7] !== packed[a + 7]) return false; // The rounded ends stay.
+    }
+    return true;
+}
+
+/** Tubes of so many sides, or with 2 ribbons that face the eye, through some samples: the mesh, and its pieces with their bounds. */
+function makeDetail(packed, kept, sides) {
     const around = sides === 2 ? 1 : sides;
-    const corners = new Uint32Array(6 * around * Math.max(count - 1, 0));
-    let at = 0;
-    for (let k = 0; k + 1 < count; k++) {
-        if (packed[STRIDE * k + 11] !== packed[STRIDE * (k + 1) + 11]) continue;
+    const corners = new Uint32Array(6 * around * Math.max(kept.length - 1, 0));
+    const chunks = [];
+    let at = 0, chunk = null;
+    for (let k = 0; k + 1 < kept.length; k++) {
+        const from = kept[k], to = kept[k + 1];
+        const rod = packed[STRIDE * from + 11];
+        if (rod !== packed[STRIDE * to + 11]) continue;
+        if (!chunk || chunk.rod !== rod || chunk.segments === SEGMENTS_A_CHUNK) {
+            chunk = { rod, segments: 0, start: at, stop: at, low: [1e30, 1e30, 1e30], high: [-1e30, -1e30, -1e30] };
+            chunks.push(chunk);
+        }
+        for (const sample of [from, to]) {
+            for (let axis = 0; axis < 3; axis++) {
+                chunk.low[axis] = Math.min(chunk.low[axis], packed[STRIDE * sample + axis]);
+                chunk.high[axis] = Math.max(chunk.high[axis], packed[STRIDE * sample + axis]);
+            }
+        }
         for (let side = 0; side < around; side++) {
-            const a = sides * k + side, b = sides * k + ((side + 1) % sides);
-            corners.set([a, b, a + sides, a + sides, b, b + sides], at);
+            const next = (side + 1) % sides;
+            const a = sides * from + side, b = sides * from + next, c = sides * to + side, d = sides * to + next;
+            corners.set([a, b, c, c, b, d], at);
             at += 6;
         }
+        chunk.segments += 1;
+        chunk.stop = at;
+    }
+    for (const one of chunks) {
+        one.middle = one.low.map((low, axis) => (low + one.high[axis]) / 2);
+        one.reach = Math.hypot(...one.low.map((low, axis) => one.high[axis] - low)) / 2;
     }
     const geometry = new THREE.BufferGeometry();
     geometry.setIndex(new THREE.BufferAttribute(corners.subarray(0, at), 1));
-    return geometry;
+    return { geometry, sides, chunks };
+}
+
+/** Draw only the pieces of a mesh that may be seen, neighbours at once. */
+function showChunks(detail, isSeen) {
+    detail.geometry.clearGroups();
+    let start = 0, stop = 0;
+    for (const chunk of detail.chunks) {
+        if (!isSeen(chunk.middle, chunk.reach)) continue;
+        if (chunk.start !== stop) {
+            if (stop > start) detail.geometry.addGroup(start, stop - start, 0);
+            start = chunk.start;
+        }
+        stop = chunk.stop;
+    }
+    if (stop > start) detail.geometry.addGroup(start, stop - start, 0);
 }
 
 /** The mesh of all rods, and the texture that says how each is drawn. */
@@ -190,7 +260,9 @@ function makeRods() {
     const moved = new THREE.DataTexture(moves, wide, moves.length / (4 * wide), THREE.RGBAFormat, THREE.FloatType);
     moved.needsUpdate = true;
     const sides = count > 150000 ? 6 : count > 40000 ? 8 : 12;
-    const tubes = tubeGeometry(packed, count, sides), ribbons = tubeGeometry(packed, count, 2);
+    const all = allSamples(count), tolerance = FAR_TOLERANCE * stage.radius;
+    const tubes = makeDetail(packed, all, sides), ribbons = makeDetail(packed, all, 2);
+    const farRibbons = makeDetail(packed, fewSamples(packed, count, tolerance), 2);
     const colours = new Uint8Array(4 * RODS_A_ROW * Math.max(Math.ceil(nRods / RODS_A_ROW), 1));
     const texture = new THREE.DataTexture(colours, RODS_A_ROW, colours.length / (4 * RODS_A_ROW));
     const material = new THREE.ShaderMaterial({
@@ -214,11 +286,32 @@ function makeRods() {
             picking: { value: false },
         },
     });
-    const mesh = new THREE.Mesh(tubes, material);
+    const { uniforms } = material;
+    const mesh = new THREE.Mesh(tubes.geometry, material);
     mesh.frustumCulled = false;
-    const flatten = (isFlat) => {
-        mesh.geometry = isFlat ? ribbons : tubes;
-        material.uniforms.sides.value = isFlat ? 2 : sides;
+    const drawn = equilibrium && makeDrawnRods(mesh, ribbons.geometry);
+    mesh.material = [material]; // Only with a list are the groups of a mesh drawn.
+    const show = (detail) => {
+        mesh.geometry = detail.geometry;
+        uniforms.sides.value = detail.sides;
     };
-    return { mesh, colours, texture, uniforms: material.uniforms, flatten, drawn: equilibrium && makeDrawnRods(mesh, ribbons) };
+    let flat = ribbons, round = null; // The ribbons that fit the view, and what was shown before a search.
+    /** Choose how finely the rods are drawn, by the least size of a pixel on them, and which of them are in the picture. */
+    const look = (pixel) => {
+        // What changes along a rod, and where it is cut, shows at its samples.
+        const isPlain = uniforms.amount.value === 0 && uniforms.field.value === 0 && state.from <= 0 && state.to >= nGenerations - 1;
+        const isFlat = rods.radius / pixel < ROUND_PIXELS[0];
+        const detail = !isFlat ? tubes : isPlain && tolerance < pixel ? farRibbons : ribbons;
+        const room = Math.max(1.5 * rods.radius, 2 * pixel) + (equilibrium ? uniforms.amount.value * equilibrium.largestMove : 0);
+        const isSeen = stage.seer();
+        for (const one of isFlat ? [detail] : [tubes, ribbons]) showChunks(one, (middle, reach) => isSeen(middle, reach + room));
+        show(detail);
+        flat = isFlat ? detail : ribbons;
+    };
+    /** Draw ribbons while it is searched for what is picked. */
+    const pick = (isPicking) => {
+        if (isPicking) round = mesh.geometry === tubes.geometry ? tubes : flat;
+        show(isPicking ? flat : round);
+    };
+    return { mesh, colours, texture, uniforms, look, pick, drawn };
 }

@@ -63,7 +63,7 @@ function openScene() {
     if (rodMesh.drawn) stage.scene.add(rodMesh.drawn.mesh);
     stage.beforeDrawing.push(() => {
         rodMesh.uniforms.pixel.value = stage.pixelSize();
-        rodMesh.flatten(rods.radius / (stage.pixelSize() * stage.camera.near) < ROUND_PIXELS[0]);
+        rodMesh.look(stage.pixelSize() * stage.camera.near);
         dots.material.uniforms.across.value = 11 * stage.renderer.getPixelRatio();
         flags.put();
     });
@@ -201,7 +201,7 @@ const pickRod = (() => {
 
 function setPicking(isPicking) {
     rodMesh.uniforms.picking.value = isPicking;
-    rodMesh.flatten(isPicking);
+    rodMesh.pick(isPicking);
     surfaceMesh.material.uniforms.picking.value = isPicking;
     if (rodMesh.drawn) rodMesh.drawn.mesh.visible = !isPicking && shownAmount() !== 0 && isComplete();
     dots.visible = !isPicking && dots.geometry.hasAttribute("position");

@@ -50,6 +50,20 @@ const stage = {
         this.ask();
     },
 
+    /** A test whether a ball of this middle and radius may be in the picture. */
+    seer() {
+        this.camera.updateMatrixWorld();
+        const eye = this.camera.matrixWorldInverse.elements;
+        const tall = Math.tan((FIELD * Math.PI) / 360), wide = tall * this.camera.aspect;
+        const slantTall = Math.hypot(1, tall), slantWide = Math.hypot(1, wide);
+        return ([x, y, z], radius) => {
+            const depth = -(eye[2] * x + eye[6] * y + eye[10] * z + eye[14]);
+            const across = Math.abs(eye[0] * x + eye[4] * y + eye[8] * z + eye[12]);
+            const along = Math.abs(eye[1] * x + eye[5] * y + eye[9] * z + eye[13]);
+            return across - depth * wide < radius * slantWide && along - depth * tall < radius * slantTall && depth > -radius;
+        };
+    },
+
     /** What a pixel measures at distance 1 from the eye. */
     pixelSize() {
         return (2 * Math.tan((FIELD * Math.PI) / 360)) / Math.max(canvas.clientHeight, 1);
