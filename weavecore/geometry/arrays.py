@@ -173,6 +173,32 @@ def face_vectors(vertices: Floats, faces: Ints) -> Floats:
     return cross(b - a, c - a)
 
 
+def edge_lengths(vertices: Floats, faces: Ints) -> Floats:
+    """Lengths of the edges of triangles, in halfedge order.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+
+    Returns
+    -------
+    (3F,) float64
+    """
+    lengths = np.empty((len(faces), 3))
+    for k in blocks(len(faces)):
+        corners = vertices[faces[k]]
+        lengths[k] = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
+    return lengths.ravel()
+
+
+def used_rows(rows: Floats, index: Ints) -> Floats:
+    """The rows of an array that an index array of any shape names, each once."""
+    used = np.zeros(len(rows), bool)
+    used[index] = True
+    return rows[used]
+
+
 # Ragged arrays
 
 

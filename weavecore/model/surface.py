@@ -14,7 +14,7 @@ from typing import Any, Optional
 import numpy as np
 
 from weavecore.errors import BadIndex, Degenerate, NonFinite
-from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, face_vectors, frozen
+from weavecore.geometry.arrays import Bools, Floats, Ints, blocks, edge_lengths, face_vectors, frozen
 from weavecore.geometry.closest import FaceFinder
 from weavecore.geometry.halfedges import (
     NO_TWIN,
@@ -233,11 +233,7 @@ class SurfaceMesh:
     @cached_property
     def edge_lengths(self) -> Floats:
         """(3F,) length of every halfedge."""
-        lengths = np.empty((self.n_faces, 3))
-        for k in blocks(self.n_faces):
-            corners = self.vertices[self.faces[k]]
-            lengths[k] = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
-        return lengths.ravel()
+        return edge_lengths(self.vertices, self.faces)
 
     @cached_property
     def face_areas(self) -> Floats:

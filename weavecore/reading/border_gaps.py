@@ -14,6 +14,7 @@ from itertools import chain
 import numpy as np
 
 from weavecore.geometry.arrays import Bools, Floats, Ints, next_in_loop, offsets_of, rows_of
+from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.model import Note, SurfaceMesh
 from weavecore.model.notes import at
 from weavecore.reading.pieces import border_lengths, spanned_area
@@ -96,10 +97,11 @@ def _gaps(surface: SurfaceMesh, vertex: Ints, offsets: Ints, is_narrow: Bools) -
 
 def _are_joined(surface: SurfaceMesh, a: Ints, b: Ints) -> Bools:
     """Whether an edge of the mesh joins each pair of vertices (k,)."""
-    n = surface.n_vertices
-    tail, head = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
     if len(a) == 0:
         return np.zeros(0, bool)
+    n, is_end = surface.n_vertices, np.zeros(surface.n_vertices, bool)
+    is_end[a] = is_end[b] = True
+    tail, head = halfedge_ends(surface.faces[is_end[surface.faces].sum(1) > 1])
     edges = np.minimum(tail, head) * np.int64(n) + np.maximum(tail, head)
     joined: Bools = np.isin(np.minimum(a, b) * np.int64(n) + np.maximum(a, b), edges)
     return joined

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from weavecore.geometry.arrays import Bools, Floats, Ints, connected
+from weavecore.geometry.arrays import Bools, Floats, Ints, connected, edge_lengths, used_rows
 from weavecore.geometry.halfedges import halfedge_ends
 from weavecore.reading.orientation import NO_PARTNER, pair_edges
 from weavecore.reading.slivers import has_three_places
@@ -73,9 +73,8 @@ def tolerance_of(vertices: Floats, faces: Ints, tolerance: float) -> float:
     -------
     float
     """
-    corners = vertices[faces]
-    size = float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
-    edge = float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
+    size = float(np.linalg.norm(np.ptp(used_rows(vertices, faces), axis=0)))
+    edge = float(np.median(edge_lengths(vertices, faces)))
     return min(max(tolerance, _TOLERANCE * size), _OF_EDGE * edge)
 
 

@@ -167,23 +167,24 @@ def pair_edges(faces: Ints, weld: Ints) -> tuple[Ints, Ints]:
     non_manifold : (K,) int64
         Halfedges of edges with more than two faces.
     """
-    partner, non_manifold = _pair(faces, np.arange(3 * len(faces)), len(weld))
+    tail, head = halfedge_ends(faces)
+    partner, non_manifold = _pair(tail, head, len(weld))
     alone = np.flatnonzero(partner == NO_PARTNER)
     alone = np.setdiff1d(alone, non_manifold, assume_unique=True)
-    found, more = _pair(weld[faces], alone, len(weld))
+    found, more = _pair(weld[tail[alone]], weld[head[alone]], len(weld))
     both = found != NO_PARTNER
     partner[alone[both]] = alone[found[both]]
     return partner, np.concatenate([non_manifold, alone[more]])
 
 
-def _pair(faces: Ints, halfedges: Ints, n_vertices: int) -> tuple[Ints, Ints]:
-    """Positions in ``halfedges`` of the partners among them, and the positions on edges with more than two."""
-    tail, head = (end[halfedges] for end in halfedge_ends(faces))
+def _pair(tail: Ints, head: Ints, n_vertices: int) -> tuple[Ints, Ints]:
+    """Positions of the partners of halfedges among them, and the positions on edges with more than two."""
     key = np.minimum(tail, head) * np.int64(n_vertices) + np.maximum(tail, head)
     order = np.argsort(key, kind="stable")
-    same = np.concatenate([[False], key[order][1:] == key[order][:-1], [False]])
+    key = key[order]
+    same = np.concatenate([[False], key[1:] == key[:-1], [False]])
     with_before, with_after = same[:-1], same[1:]
-    partner = np.full(len(halfedges), NO_PARTNER, np.int64)
+    partner = np.full(len(tail), NO_PARTNER, np.int64)
     begins = with_after & ~with_before
     first = np.flatnonzero(begins[:-1] & ~with_after[1:])
     partner[order[first]], partner[order[first + 1]] = order[first + 1], order[first]

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from weavecore.errors import BadIndex, Degenerate, NonFinite, NonManifold, TooFarFromOrigin
-from weavecore.geometry.arrays import Bools, Floats, Ints, first_equal_point, first_equal_row
+from weavecore.geometry.arrays import Bools, Floats, Ints, edge_lengths, first_equal_point, first_equal_row, used_rows
 from weavecore.geometry.halfedges import next_halfedge
 from weavecore.model import Note, SurfaceMesh
 from weavecore.model.notes import at
@@ -475,12 +475,12 @@ def _check_resolution(vertices: Floats, triangles: Ints, epsilon: float) -> list
     ------
     TooFarFromOrigin, Degenerate
     """
-    ends = vertices[triangles]
-    furthest, extent = float(np.abs(ends).max()), float(np.ptp(ends, axis=(0, 1)).max())
+    used = used_rows(vertices, triangles)
+    furthest, extent = float(np.abs(used).max()), float(np.ptp(used, axis=0).max())
     if extent < _SMALLEST:
         raise Degenerate(f"The surface is only {extent:.2g} large", remedy="Give a surface that has an area.")
     step = epsilon * furthest
-    lengths = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2)
+    lengths = edge_lengths(vertices, triangles)
     edge = float(np.median(lengths[lengths > 0])) if lengths.any() else np.inf  # Zero-length edges are dropped later.
     where = vertices[np.unravel_index(np.abs(vertices).argmax(), vertices.shape)[0]]
     text = f"Coordinates up to {furthest:.3g} are kept in steps of {step:.2g}"
