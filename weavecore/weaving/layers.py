@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from weavecore.errors import Unsupported
-from weavecore.geometry.arrays import Bools, Floats, Ints, rows_of
+from weavecore.geometry.arrays import Bools, Floats, Ints, ranks_in_rows, rows_of
 from weavecore.model.joints import Joints
 from weavecore.model.lattice import LATITUDINAL, Lattice
 from weavecore.model.strands import Strands
@@ -163,9 +163,13 @@ def layer_offsets(joints: Joints, strands: Strands, shifts: Floats, *, centred_o
     (M,) float64
         By the visits of ``strands.nodes``, positive out of the surface; 0 at nodes that one rod passes alone.
     """
-    climb = np.zeros(len(joints.visit))
-    climb[joints.contacts[:, 1]] = shifts
-    total = np.cumsum(climb)
+    total = np.zeros(len(joints.visit))
+    total[joints.contacts[:, 1]] = shifts
+    rank = ranks_in_rows(np.diff(joints.offsets))
+    # Sums of single joints do not depend on the joints before.
+    for layer in range(1, int(rank.max(initial=0)) + 1):
+        above = np.flatnonzero(rank == layer)
+        total[above] += total[above - 1]
     first, last = joints.offsets[:-1], joints.offsets[1:] - 1
     middle = (total[first] + total[last]) / 2.0
     if centred_on_rings:
