@@ -8,16 +8,10 @@ from weavecore.errors import Unsupported
 from weavecore.geometry.splines import SplineRows, arc_stations, as_b_splines, fit_splines, sample_curves
 from weavecore.model import Material, RodAxes
 from weavecore.model.bending import Bending
-from weavecore.weaving.bending import (
-    BentRods,
-    find_sharpest,
-    known_materials,
-    largest_at,
-    largest_of_rods,
-    least_largest,
-    material_named,
-    measure_bending,
-)
+from weavecore.weaving.bending import find_sharpest, measure_bending
+from weavecore.weaving.bent_rods import BentRods
+from weavecore.weaving.largest_diameters import largest_at, largest_of_rods, least_largest
+from weavecore.weaving.materials import known_materials, material_named
 from woven_rods import tube_latitudes, woven_tube
 
 

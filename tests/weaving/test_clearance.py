@@ -11,8 +11,8 @@ from weavecore.geometry.arrays import rows_of
 from weavecore.geometry.closest import segment_distances
 from weavecore.geometry.splines import fit_splines
 from weavecore.model import RodAxes
-from weavecore.weaving import clearance
-from weavecore.weaving.clearance import find_clashes
+from weavecore.weaving import joint_gaps
+from weavecore.weaving.clashes import find_clashes
 from woven_rods import tube_latitudes
 
 
@@ -75,8 +75,8 @@ def test_gaps_that_are_solved_for_are_those_of_samples(monkeypatch: pytest.Monke
     rows = fit_splines(axes.points, axes.offsets, axes.closed)
     n = len(joints.contacts)
     asked = axes.points, rows, weave.strands, joints, np.full(n, 6.0), np.zeros(n, bool), np.arange(n)
-    solved = clearance.gaps_at_joints(*asked)
-    monkeypatch.setattr(clearance, "_LEAST_SINE", 1.1)  # No angle is wide enough.
-    sampled = clearance.gaps_at_joints(*asked)
+    solved = joint_gaps.gaps_at_joints(*asked)
+    monkeypatch.setattr(joint_gaps, "_LEAST_SINE", 1.1)  # No angle is wide enough.
+    sampled = joint_gaps.gaps_at_joints(*asked)
     np.testing.assert_allclose(solved, sampled, rtol=1e-4)
     assert (solved != sampled).mean() > 0.5

@@ -12,7 +12,7 @@ from fabricated import make, table
 from weavecore import pipeline
 from weavecore.errors import Unsupported
 from weavecore.model import FAMILIES, Weave
-from weavecore.weaving.clearance import find_clashes
+from weavecore.weaving.clashes import find_clashes
 from woven_rods import tube_latitudes, woven_tube
 
 THICK, THIN = 3.0, 1.5

@@ -49,9 +49,9 @@ from weavecore.canvas.writing import check, concerns, counts, open_page, report_
 from weavecore.fabricating.workshop import SPLICES
 from weavecore.linking.link import PATTERN_NAMES
 from weavecore.pipeline import METHODS
-from weavecore.weaving.bending import known_materials
 from weavecore.weaving.layers import PLAIN, STACKED
 from weavecore.weaving.layout import lay_out_rods
+from weavecore.weaving.materials import known_materials
 
 STYLES = (USUAL_STYLE, STACKED, PLAIN, "twill 2/2", "twill 3/1")
 """Styles of over and under on the list; others are typed."""

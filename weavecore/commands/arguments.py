@@ -237,7 +237,7 @@ def _known_by(module: str, find: str) -> Callable[[Optional[str]], Optional[str]
 
 
 known_pattern = _known_by("weavecore.linking.link", "known_pattern")
-known_material = _known_by("weavecore.weaving.bending", "material_named")
+known_material = _known_by("weavecore.weaving.materials", "material_named")
 known_style = _known_by("weavecore.weaving.layers", "style_named")
 
 

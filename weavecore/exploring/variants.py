@@ -25,7 +25,7 @@ from weavecore.linking.link import known_pattern
 from weavecore.model import SurfaceMesh
 from weavecore.units import Length
 from weavecore.version import installed_version
-from weavecore.weaving.bending import material_named
+from weavecore.weaving.materials import material_named
 
 ALL, STOCK = "all", "stock"
 """How every border, and a diameter chosen from the stock, are written in tables."""

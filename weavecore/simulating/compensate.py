@@ -361,5 +361,6 @@ def compensation_note(found: Compensation) -> Note:
     for name, one in (("before", before), ("after", after)):
         figures = {"mean": one.departure_mean, "p95": one.departure_p95, "max": one.departure_max}
         numbers.update({f"departure_{key}_{name}": figure for key, figure in figures.items()})
-    code = "COMPENSATED" if found.is_within else "SPRINGS_BACK"
+    # Where the search ends before it has converged, nodes may lie near the drawing and yet not be at rest.
+    code = "SPRINGS_BACK" if found.verdict in (UNSTABLE, OUT_OF_REACH) else "COMPENSATED"
     return Note(code, text + reasons[found.verdict] + ".", numbers, found.weave.lattice.nodes[found.held])

@@ -28,7 +28,7 @@ from weavecore.model.joints import Joints
 from weavecore.model.lattice import Lattice
 from weavecore.model.rod_axes import RodAxes, extend_to_tips
 from weavecore.model.strands import Strands
-from weavecore.weaving.clearance import gaps_at_joints
+from weavecore.weaving.joint_gaps import gaps_at_joints
 from weavecore.weaving.layers import layer_offsets
 
 _SHIFT_ROUNDS = 5

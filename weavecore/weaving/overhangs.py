@@ -23,7 +23,7 @@ from weavecore.model.joints import Clashes
 from weavecore.model.rod_axes import RodAxes, extend_to_tips
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
-from weavecore.weaving.clearance import clashes_of, find_clashes
+from weavecore.weaving.clashes import clashes_of, find_clashes
 
 _LEAST, _GAP = 5.0, 2.0
 """Diameters: an overhang that is shortened keeps the first, and ends at least the second before the nearest place."""

@@ -31,19 +31,14 @@ from weavecore.model.rod_ends import FEWEST_JOINTS
 from weavecore.model.strands import Strands
 from weavecore.model.weave import Weave
 from weavecore.weaving.axes import Fit, draw_axes, fit_axes, nodes_around, refit_axes, usual_overhangs
-from weavecore.weaving.bending import (
-    BentRods,
-    Sharpest,
-    find_sharpest,
-    largest_at,
-    least_largest,
-    material_named,
-    measure_bending,
-)
+from weavecore.weaving.bending import Sharpest, find_sharpest, measure_bending
+from weavecore.weaving.bent_rods import BentRods
 from weavecore.weaving.breaks import break_strands, find_breaks
 from weavecore.weaving.clash_work import check_work
+from weavecore.weaving.largest_diameters import largest_at, least_largest
 from weavecore.weaving.layers import STACKED, Order, order_rods
 from weavecore.weaving.layout import Layout, check_layout, lay_out_rods
+from weavecore.weaving.materials import material_named
 from weavecore.weaving.naming import find_lean, name_strands
 from weavecore.weaving.overhangs import clear_overhangs
 from weavecore.weaving.stock import LEAST_RODS, LEAST_SHARE, MOST_SHORT, choose_diameter, next_thinner, stock_diameters
