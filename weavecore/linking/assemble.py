@@ -165,31 +165,28 @@ class _Pockets:
     def fill(self, strips: BandFaces, bad: Bools) -> tuple[Floats, BandFaces]:
         """All nodes, Steiner vertices among them, and the faces of strips, with fillings in the place of bad ones.
 
-        Fillings reach a few edges beyond bad faces and boundaries of bands without strips.  Where a stretch goes on
-        beyond that, the surface is filled further from all nodes of these bands, and at last anywhere.
+        Bands without a strip are filled around their boundaries, and as a whole where that leaves a gap; those of bad
+        faces around these, and further around the whole band where the stretch to be replaced goes on.
         """
         is_filled = np.ones(len(self.latitudes.bands), bool)
         is_filled[np.setdiff1d(strips.band, strips.band[bad])] = False
         if not is_filled.any():
             return self.on_boundaries, strips
-        bands = np.flatnonzero(is_filled)
         existing = np.concatenate([self.ring_edges, strips.where(~is_filled[strips.band]).edges()])
+        bands = np.flatnonzero(is_filled)
+        alone, with_strip = np.setdiff1d(bands, strips.band), np.intersect1d(bands, strips.band)
+        whole = self._fill(alone, existing, [], self._nodes_of(alone))
+        if len(whole.partial) > 0:
+            whole = self._fill(alone, existing, [], None)
         at_bad = np.unique(strips.corners[bad])
-        groups = [np.setdiff1d(bands, strips.band), np.intersect1d(bands, strips.band)]
-        near: list[Optional[Ints]] = [self._nodes_of(groups[0]), at_bad[at_bad != NO_CORNER]]
-        done: list[Filling] = []
+        near: Optional[Ints] = at_bad[at_bad != NO_CORNER]
         while True:
-            for own, around in list(zip(groups, near))[len(done) :]:
-                done.append(self._fill(own, existing, done, around))
-            nodes, filled = self._improved(done, existing)
-            partial = np.concatenate([part.partial for part in done])
-            faces, lacking = splice(strips, bad, filled, self.ring_edges, partial)
-            lacks = [bool(np.isin(groups[0], partial).any()), len(lacking) > 0]
-            if not any(lacks):
+            part = self._fill(with_strip, existing, [whole], near)
+            nodes, filled = self._improved([whole, part], existing)
+            faces, lacking = splice(strips, bad, filled, self.ring_edges, part.partial)
+            if near is None or len(lacking) == 0:
                 return nodes, faces
-            near[0] = None if lacks[0] else near[0]
-            near[1] = self._further(near[1], lacking)
-            done = [] if lacks[0] else done[:1]
+            near = self._further(near, lacking)
 
     def _nodes_of(self, bands: Ints) -> Ints:
         """The nodes on the boundaries of some bands, and on all free borders."""
@@ -198,11 +195,9 @@ class _Pockets:
         on_polylines = ranges(offsets_of(counts)[polyline], counts[polyline])
         return np.unique(np.concatenate([on_polylines, np.arange(counts.sum(), len(self.on_boundaries))]))
 
-    def _further(self, near: Optional[Ints], bands: Ints) -> Optional[Ints]:
-        """The same nodes and all those of some bands; None where these are among them already."""
+    def _further(self, near: Ints, bands: Ints) -> Optional[Ints]:
+        """The same nodes and all those of some bands; None, for all of the surface, where these are among them."""
         own = self._nodes_of(bands)
-        if near is None or len(bands) == 0:
-            return near
         return None if np.isin(own, near).all() else np.union1d(near, own)
 
     def _fill(self, bands: Ints, existing: Ints, done: list[Filling], near: Optional[Ints]) -> Filling:
